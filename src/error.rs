@@ -1,0 +1,99 @@
+//! What can go wrong, and for whom.
+
+use std::path::{Path, PathBuf};
+
+/// Where in a file something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// A line, counted from 1.
+    Line(u64),
+    /// A byte, counted from 0.
+    Byte(u64),
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::File => Ok(()),
+            Self::Line(n) => write!(f, ":{n}"),
+            Self::Byte(n) => write!(f, ": byte {n}"),
+        }
+    }
+}
+
+/// Everything that the library reports to its caller. Each message is one line.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file could not be read or written.
+    #[error("{}: cannot {action}: {}", path.display(), plain(source))]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// "read" or "write".
+        action: &'static str,
+        /// The operating system's reason.
+        source: std::io::Error,
+    },
+    /// A file does not hold what its format says.
+    #[error("{}{place}: expected {expected}, found {found}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: Place,
+        /// What the format asks for.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// The user asked for something that does not exist or does not fit.
+    #[error("{0}")]
+    Usage(String),
+    /// A measurement has nothing left to fit.
+    #[error("{}: no usable sample: {reason}", path.display())]
+    NoSamples {
+        /// The file.
+        path: PathBuf,
+        /// What became of the samples.
+        reason: String,
+    },
+    /// The optimiser itself failed: a defect of this program.
+    #[error("the optimiser failed: {0} (please report this)")]
+    Optimiser(String),
+}
+
+impl Error {
+    /// A malformed file.
+    #[must_use]
+    pub fn malformed(path: &Path, place: Place, expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self::Malformed { path: path.to_owned(), place, expected: expected.into(), found: found.into() }
+    }
+
+    /// A file that could not be read.
+    pub fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Io { path, action: "read", source }
+    }
+
+    /// A file that could not be written.
+    pub fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Io { path, action: "write", source }
+    }
+}
+
+/// The operating system's words without the error number that Rust appends.
+fn plain(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error").next().unwrap_or(&text).to_owned()
+}
+
+/// A piece of a file as it may stand in a one-line message: short, without control characters.
+#[must_use]
+pub fn excerpt(text: &str) -> String {
+    const LONGEST: usize = 40;
+    let clean: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if text.chars().count() > LONGEST { format!("'{clean}...'") } else { format!("'{clean}'") }
+}

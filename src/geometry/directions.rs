@@ -1,0 +1,157 @@
+//! Where a measurement was taken: scattered pairs of directions or cells of a grid.
+
+use super::{BLOCK, Block, Geometry, HalfDifferenceGrid};
+use glam::DVec3;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A pair of unit directions: to the light, to the viewer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// To the light.
+    pub wi: DVec3,
+    /// To the viewer.
+    pub wo: DVec3,
+}
+
+/// The unit direction at polar angle `theta` and azimuth `phi`, radians.
+///
+/// A negative `theta` is the direction at `|theta|` on the other side of the normal (phi + pi), as
+/// goniophotometers report in-plane scans.
+#[must_use]
+pub fn direction(theta: f64, phi: f64) -> DVec3 {
+    let (sin_theta, cos_theta) = theta.sin_cos();
+    let (sin_phi, cos_phi) = phi.sin_cos();
+    DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
+}
+
+/// (theta, phi) of a direction in degrees, theta in 0..180 and phi in (-180, 180].
+#[must_use]
+pub fn spherical_degrees(v: DVec3) -> (f64, f64) {
+    let theta = v.x.hypot(v.y).atan2(v.z);
+    (theta.to_degrees(), v.y.atan2(v.x).to_degrees())
+}
+
+/// The directions of a set of samples, in a form as small as the source allows.
+#[derive(Clone, Debug)]
+pub enum Directions {
+    /// One pair of directions per sample.
+    Scattered(Vec<Pair>),
+    /// Cells of a half/difference grid.
+    Grid {
+        /// The grid, shared by everything that samples it.
+        grid: Arc<HalfDifferenceGrid>,
+        /// Cell number per sample.
+        cells: Vec<u32>,
+    },
+}
+
+impl Directions {
+    /// How many samples there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Scattered(pairs) => pairs.len(),
+            Self::Grid { cells, .. } => cells.len(),
+        }
+    }
+
+    /// Whether there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether the samples lie on a half/difference grid, which knows nothing of the half vector's azimuth.
+    #[must_use]
+    pub fn is_grid(&self) -> bool {
+        matches!(self, Self::Grid { .. })
+    }
+
+    /// The geometry of every sample in turn.
+    pub fn iter(&self) -> impl Iterator<Item = Geometry<f64>> + '_ {
+        let (pairs, grid): (&[Pair], Option<(&HalfDifferenceGrid, &[u32])>) = match self {
+            Self::Scattered(pairs) => (pairs, None),
+            Self::Grid { grid, cells } => (&[], Some((grid, cells))),
+        };
+        let cells = grid.into_iter().flat_map(|(grid, cells)| cells.iter().map(|&cell| grid.geometry(cell)));
+        pairs.iter().map(pair_geometry).chain(cells)
+    }
+
+    /// Puts the geometry of the samples in `range` into `block`.
+    pub fn fill(&self, range: Range<usize>, block: &mut Block) {
+        match self {
+            Self::Scattered(pairs) => {
+                block.fill(pairs.get(range).unwrap_or_default().iter().map(pair_geometry));
+            }
+            Self::Grid { grid, cells } => {
+                block.fill(cells.get(range).unwrap_or_default().iter().map(|&cell| grid.geometry(cell)));
+            }
+        }
+    }
+
+    /// The samples at `indices`, in that order. Indices beyond the end are left out.
+    #[must_use]
+    pub fn select(&self, indices: &[usize]) -> Self {
+        match self {
+            Self::Scattered(pairs) => Self::Scattered(gather(pairs, indices)),
+            Self::Grid { grid, cells } => {
+                Self::Grid { grid: Arc::clone(grid), cells: gather(cells, indices) }
+            }
+        }
+    }
+
+    /// The ranges of the blocks that the samples divide into.
+    pub fn blocks(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        let len = self.len();
+        (0..len).step_by(BLOCK).map(move |start| start..len.min(start + BLOCK))
+    }
+}
+
+/// The elements at `indices`, in that order.
+#[must_use]
+pub(crate) fn gather<T: Copy>(from: &[T], indices: &[usize]) -> Vec<T> {
+    indices.iter().filter_map(|&i| from.get(i).copied()).collect()
+}
+
+fn pair_geometry(pair: &Pair) -> Geometry<f64> {
+    Geometry::new(pair.wi.to_array(), pair.wo.to_array())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn grid_and_vectors_agree() {
+        let grid = HalfDifferenceGrid::merl(0.5);
+        for cell in [0, 12_345, 700_001, 1_000_000] {
+            let g = grid.geometry(cell);
+            let again = Geometry::new(g.wi, g.wo);
+            for (a, b) in g.h.into_iter().zip(again.h) {
+                assert_relative_eq!(a, b, epsilon = 1e-14);
+            }
+            assert_relative_eq!(g.cos_d, again.cos_d, epsilon = 1e-14);
+            assert_relative_eq!(DVec3::from_array(g.wi).length(), 1.0, epsilon = 1e-14);
+        }
+    }
+
+    #[test]
+    fn weights_integrate_to_both_hemispheres() {
+        // The sum over all bins above the horizon of 4 x weight x bin size is (2 pi)^2: every pair of
+        // directions once. phi_d is stored for half a turn, phi_h not at all: a factor 2 pi x 2.
+        let grid = HalfDifferenceGrid::merl(0.5);
+        let bin = (std::f64::consts::FRAC_PI_2 / 8100.0) * (std::f64::consts::FRAC_PI_2 / 90.0)
+            * (std::f64::consts::PI / 180.0);
+        let sum: f64 = (0..u32::try_from(HalfDifferenceGrid::CELLS).unwrap())
+            .filter(|&cell| {
+                let g = grid.geometry(cell);
+                g.cos_i() > 0.0 && g.cos_o() > 0.0
+            })
+            .map(|cell| grid.weight(cell))
+            .sum();
+        let pi2 = 2.0 * std::f64::consts::PI;
+        assert_relative_eq!(4.0 * sum * bin * pi2 * 2.0, pi2 * pi2, max_relative = 1e-3);
+    }
+}

@@ -1,0 +1,87 @@
+//! Half/difference coordinates (Rusinkiewicz 1998, "A New Change of Variables for Efficient BRDF
+//! Representation") and the grid that MERL tables are stored on.
+
+use super::Geometry;
+use crate::math::count;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// The MERL grid: 90 x 90 x 180 bins in (theta_h, theta_d, phi_d).
+///
+/// theta_h grows with the square of its index, theta_d and phi_d linearly; phi_d covers half a turn
+/// because reciprocity makes the other half equal. A cell is numbered
+/// phi_d + 180 (theta_d + 90 theta_h), as in the files.
+#[derive(Clone, Debug)]
+pub struct HalfDifferenceGrid {
+    /// (sin, cos) of the polar angle of the half vector, per index.
+    theta_h: Vec<(f64, f64)>,
+    /// (sin, cos) of the difference angle, per index.
+    theta_d: Vec<(f64, f64)>,
+    /// (sin, cos) of the difference azimuth, per index.
+    phi_d: Vec<(f64, f64)>,
+    /// Solid-angle weight per (theta_h, theta_d), at the bin centre.
+    weights: Vec<f64>,
+}
+
+impl HalfDifferenceGrid {
+    /// Bins in theta_h, theta_d and phi_d.
+    pub const DIMENSIONS: [usize; 3] = [90, 90, 180];
+    /// Number of cells.
+    pub const CELLS: usize = Self::DIMENSIONS[0] * Self::DIMENSIONS[1] * Self::DIMENSIONS[2];
+
+    /// The grid whose values stand for bin centres (`offset` 0.5) or lower bin edges (`offset` 0).
+    ///
+    /// The weights are those of the bins, at their centres, whichever the directions are.
+    #[must_use]
+    pub fn merl(offset: f64) -> Self {
+        let [n_h, n_d, n_p] = Self::DIMENSIONS;
+        let angle_h = |i: usize, offset: f64| ((count(i) + offset) / count(n_h)).powi(2) * FRAC_PI_2;
+        let angle_d = |j: usize, offset: f64| (count(j) + offset) / count(n_d) * FRAC_PI_2;
+        let sin_cos = f64::sin_cos;
+        let weights = (0..n_h)
+            .flat_map(|i| (0..n_d).map(move |j| (i, j)))
+            .map(|(i, j)| {
+                // dwi dwo = 4 cos(td) sin(th) sin(td) dth dphi_h dtd dphi_d; dth is proportional to 2i + 1.
+                let (sin_d, cos_d) = angle_d(j, 0.5).sin_cos();
+                cos_d * angle_h(i, 0.5).sin() * sin_d * (2.0 * count(i) + 1.0)
+            })
+            .collect();
+        Self {
+            theta_h: (0..n_h).map(|i| sin_cos(angle_h(i, offset))).collect(),
+            theta_d: (0..n_d).map(|j| sin_cos(angle_d(j, offset))).collect(),
+            phi_d: (0..n_p).map(|k| sin_cos((count(k) + offset) / count(n_p) * PI)).collect(),
+            weights,
+        }
+    }
+
+    fn indices(cell: u32) -> (usize, usize, usize) {
+        let [_, n_d, n_p] = Self::DIMENSIONS;
+        let cell = usize::try_from(cell).unwrap_or(usize::MAX);
+        (cell / (n_d * n_p), (cell / n_p) % n_d, cell % n_p)
+    }
+
+    /// The solid-angle weight of a cell: proportional to dwi dwo of its bin.
+    #[must_use]
+    pub fn weight(&self, cell: u32) -> f64 {
+        let (i, j, _) = Self::indices(cell);
+        self.weights.get(i * Self::DIMENSIONS[1] + j).copied().unwrap_or(0.0)
+    }
+
+    /// The geometry of a cell, with phi_h = 0 (the half vector lies in the x-z plane).
+    #[must_use]
+    pub fn geometry(&self, cell: u32) -> Geometry<f64> {
+        let (i, j, k) = Self::indices(cell);
+        let at = |axis: &[(f64, f64)], index: usize| axis.get(index).copied().unwrap_or((f64::NAN, f64::NAN));
+        let ((sin_h, cos_h), (sin_d, cos_d), (sin_p, cos_p)) =
+            (at(&self.theta_h, i), at(&self.theta_d, j), at(&self.phi_d, k));
+        // wi = Ry(theta_h) (sin td cos pd, sin td sin pd, cos td); wo mirrors wi in h.
+        let along = [cos_d * sin_h, 0.0, cos_d * cos_h];
+        let across = [sin_d * cos_p * cos_h, sin_d * sin_p, -sin_d * cos_p * sin_h];
+        let ([lx, ly, lz], [ax, ay, az]) = (along, across);
+        Geometry {
+            wi: [lx + ax, ly + ay, lz + az],
+            wo: [lx - ax, ly - ay, lz - az],
+            h: [sin_h, 0.0, cos_h],
+            cos_d,
+        }
+    }
+}

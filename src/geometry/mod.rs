@@ -1,0 +1,100 @@
+//! Directions, half/difference grids, and the blocks of geometry that models are evaluated on.
+//!
+//! Local frame: the normal is +z, `wi` points to the light and `wo` to the viewer, both unit and away
+//! from the surface (docs/conventions.md).
+
+mod block;
+mod directions;
+mod half_difference;
+
+pub use block::{BLOCK, Block};
+pub(crate) use directions::gather;
+pub use directions::{Directions, Pair, direction, spherical_degrees};
+pub use half_difference::HalfDifferenceGrid;
+
+use crate::math::Real;
+
+/// Everything that a model may know of one pair of directions. Vectors are unit, in the local frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Geometry<R> {
+    /// Direction to the light.
+    pub wi: [R; 3],
+    /// Direction to the viewer.
+    pub wo: [R; 3],
+    /// Half vector, normalise(wi + wo).
+    pub h: [R; 3],
+    /// Cosine of the difference angle, wi.h = wo.h.
+    pub cos_d: R,
+}
+
+impl<R: Real> Geometry<R> {
+    /// Geometry of a pair of unit directions.
+    #[must_use]
+    pub fn new(wi: [R; 3], wo: [R; 3]) -> Self {
+        let [ix, iy, iz] = wi;
+        let [ox, oy, oz] = wo;
+        // The unnormalised half vector: its x and y keep their digits when it is close to the normal,
+        // where 1 - cos^2(theta_h) would lose them.
+        let [x, y, z]: [R; 3] = [ix + ox, iy + oy, iz + oz];
+        let length: R = (x * x + y * y + z * z).sqrt();
+        // |wi + wo| = 2 cos(theta_d) for unit vectors.
+        Self { wi, wo, h: [x / length, y / length, z / length], cos_d: length.times(0.5) }
+    }
+
+    /// Cosine of the angle of incidence, n.wi.
+    #[must_use]
+    pub fn cos_i(&self) -> R {
+        self.wi[2]
+    }
+
+    /// Cosine of the viewing angle, n.wo.
+    #[must_use]
+    pub fn cos_o(&self) -> R {
+        self.wo[2]
+    }
+
+    /// Squared sine of the angle of incidence.
+    #[must_use]
+    pub fn sin2_i(&self) -> R {
+        sin2(self.wi)
+    }
+
+    /// Squared sine of the viewing angle.
+    #[must_use]
+    pub fn sin2_o(&self) -> R {
+        sin2(self.wo)
+    }
+
+    /// Cosine of the half vector's polar angle, n.h.
+    #[must_use]
+    pub fn cos_h(&self) -> R {
+        self.h[2]
+    }
+
+    /// Squared sine of the half vector's polar angle, |n x h|^2, without cancellation near the normal.
+    #[must_use]
+    pub fn sin2_h(&self) -> R {
+        sin2(self.h)
+    }
+
+    /// Squared tangent of the half vector's polar angle.
+    #[must_use]
+    pub fn tan2_h(&self) -> R {
+        let cos: R = self.cos_h();
+        self.sin2_h() / (cos * cos)
+    }
+
+    /// ln(n.h), exact where the half vector is close to the normal.
+    #[must_use]
+    pub fn ln_cos_h(&self) -> R {
+        let sin2: R = -self.sin2_h();
+        // Rounding can make sin^2 exceed 1 by an ulp when h lies in the horizon.
+        sin2.greater(R::literal(-1.0)).ln_1p().times(0.5)
+    }
+}
+
+fn sin2<R: Real>(v: [R; 3]) -> R {
+    let [x, y, _] = v;
+    let x2: R = x * x;
+    x2 + y * y
+}

@@ -1,0 +1,149 @@
+//! Dual numbers: values that carry their derivatives.
+//!
+//! A dual number a + sum_j a_j e_j with e_j e_k = 0 stands for a value and its first derivatives with
+//! respect to N parameters. Evaluating a formula on duals whose inputs are seeded with
+//! [`Dual::variable`] yields the exact derivatives of that formula by the chain rule: no step size, no
+//! second hand-made derivative that could drift away from the value (forward-mode automatic
+//! differentiation; Griewank and Walther 2008, ch. 3).
+
+use super::scalar::{Real, Scalar};
+use std::array;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A value and its derivatives with respect to `N` parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<R, const N: usize> {
+    /// The value.
+    pub value: R,
+    /// The derivative with respect to each parameter, in the parameter's own unit.
+    pub partials: [R; N],
+}
+
+impl<R: Real, const N: usize> Dual<R, N> {
+    /// The `index`-th of the `N` parameters, at `value`. An index of `N` or more makes a constant.
+    #[must_use]
+    pub fn variable(value: R, index: usize) -> Self {
+        Self { value, partials: array::from_fn(|j| R::literal(if j == index { 1.0 } else { 0.0 })) }
+    }
+
+    /// Chain rule: the value of a function at this point, and its slope there.
+    #[must_use]
+    fn chain(self, value: R, slope: R) -> Self {
+        Self { value, partials: self.partials.map(|p| p * slope) }
+    }
+
+    /// Combines the partials of two numbers one by one.
+    #[must_use]
+    fn zip(self, other: Self, value: R, f: impl Fn(R, R) -> R) -> Self {
+        let mut pairs = self.partials.into_iter().zip(other.partials);
+        let partials = array::from_fn(|_| {
+            pairs.next().map_or_else(|| R::literal(0.0), |(a, b)| f(a, b))
+        });
+        Self { value, partials }
+    }
+}
+
+impl<R: Real, const N: usize> Neg for Dual<R, N> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { value: -self.value, partials: self.partials.map(|p| -p) }
+    }
+}
+
+impl<R: Real, const N: usize> Add for Dual<R, N> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        self.zip(other, self.value + other.value, |a, b| a + b)
+    }
+}
+
+impl<R: Real, const N: usize> Sub for Dual<R, N> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, self.value - other.value, |a, b| a - b)
+    }
+}
+
+impl<R: Real, const N: usize> Mul for Dual<R, N> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let (x, y) = (self.value, other.value);
+        self.zip(other, x * y, |a, b| a * y + b * x)
+    }
+}
+
+impl<R: Real, const N: usize> Div for Dual<R, N> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let inverse = other.value.recip();
+        let quotient: R = self.value * inverse;
+        self.zip(other, quotient, |a, b| (a - b * quotient) * inverse)
+    }
+}
+
+// With a plain number on the right only the value and one factor change. `R` itself cannot implement
+// these operators for a foreign `Dual`, hence "parameter on the left".
+macro_rules! with_real {
+    ($float:ident) => {
+        impl<const N: usize> Add<$float> for Dual<$float, N> {
+            type Output = Self;
+            fn add(self, other: $float) -> Self {
+                Self { value: self.value + other, partials: self.partials }
+            }
+        }
+        impl<const N: usize> Sub<$float> for Dual<$float, N> {
+            type Output = Self;
+            fn sub(self, other: $float) -> Self {
+                Self { value: self.value - other, partials: self.partials }
+            }
+        }
+        impl<const N: usize> Mul<$float> for Dual<$float, N> {
+            type Output = Self;
+            fn mul(self, other: $float) -> Self {
+                self.chain(self.value * other, other)
+            }
+        }
+        impl<const N: usize> Div<$float> for Dual<$float, N> {
+            type Output = Self;
+            fn div(self, other: $float) -> Self {
+                let inverse = other.recip();
+                self.chain(self.value / other, inverse)
+            }
+        }
+        impl<const N: usize> Scalar for Dual<$float, N> {
+            type Real = $float;
+
+            fn from_real(value: $float) -> Self {
+                Self { value, partials: [0.0; N] }
+            }
+            fn value(self) -> $float {
+                self.value
+            }
+            fn exp(self) -> Self {
+                let e = self.value.exp();
+                self.chain(e, e)
+            }
+            fn ln(self) -> Self {
+                self.chain(self.value.ln(), self.value.recip())
+            }
+            fn sqrt(self) -> Self {
+                let root = self.value.sqrt();
+                self.chain(root, 0.5 / root)
+            }
+            fn sin(self) -> Self {
+                self.chain(self.value.sin(), self.value.cos())
+            }
+            fn erfc(self) -> Self {
+                // d erfc(x)/dx = -2/sqrt(pi) exp(-x^2)
+                let slope = -std::$float::consts::FRAC_2_SQRT_PI * (-self.value * self.value).exp();
+                self.chain(Scalar::erfc(self.value), slope)
+            }
+            fn if_less(a: $float, b: $float, then: Self, otherwise: Self) -> Self {
+                if a < b { then } else { otherwise }
+            }
+        }
+    };
+}
+
+with_real!(f64);
+with_real!(f32);

@@ -1,0 +1,18 @@
+//! Numbers: the scalar trait that every formula is written in, dual numbers, quadrature.
+
+mod dual;
+mod quadrature;
+mod scalar;
+
+pub use dual::Dual;
+pub use quadrature::GaussLegendre;
+pub use scalar::{Real, Scalar};
+
+/// A count as a floating-point number.
+///
+/// Exact up to 2^53, far beyond any number of samples that fits in memory.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
+pub const fn count(n: usize) -> f64 {
+    n as f64
+}

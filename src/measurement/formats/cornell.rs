@@ -1,0 +1,105 @@
+//! Text tables of the Cornell Program of Computer Graphics' gonioreflectometer.
+//!
+//! `#` comments; the number of wavelengths; the wavelengths in nanometres; then one sample per
+//! line: theta_i, phi_i, theta_o, phi_o in radians and f in 1/sr for each wavelength. White space of any
+//! kind separates.
+
+use super::{Confidence, File, Format, ReadOptions, finite, line_place, polar_angle, text};
+use crate::error::{Error, Place, excerpt};
+use crate::geometry::{Directions, Pair, direction};
+use crate::measurement::{Channel, Measurement, Source};
+use std::collections::BTreeMap;
+
+/// The format's line in the registry.
+pub const FORMAT: Format = Format {
+    name: "cornell",
+    summary: "a Cornell text table (wavelengths, then theta_i phi_i theta_o phi_o f... in radians)",
+    sniff,
+    read,
+};
+
+/// More wavelengths than any instrument resolves: a larger count is not one.
+const MOST_WAVELENGTHS: usize = 100_000;
+
+/// The words of a text with the lines that they stand in, comments left out.
+fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.lines().enumerate().flat_map(|(index, line)| {
+        let content = line.split('#').next().unwrap_or_default();
+        content.split_whitespace().map(move |word| (index + 1, word))
+    })
+}
+
+fn sniff(file: &File<'_>) -> Confidence {
+    let head = file.bytes.get(..file.bytes.len().min(4096)).unwrap_or_default();
+    if head.contains(&0) {
+        return Confidence::No;
+    }
+    let head = String::from_utf8_lossy(head);
+    let mut words = words(head.trim_start_matches('\u{feff}'));
+    // An integer alone on the first line that is not a comment.
+    let (Some((line, first)), second) = (words.next(), words.next()) else { return Confidence::No };
+    let alone = second.is_none_or(|(next, _)| next > line);
+    if alone && first.parse::<i64>().is_ok() { Confidence::Yes } else { Confidence::No }
+}
+
+fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
+    let text = text(file)?;
+    let mut words = words(text);
+    let Some((line, first)) = words.next() else {
+        return Err(Error::malformed(file.path, Place::File, "the number of wavelengths", "only comments"));
+    };
+    let number = first.parse::<usize>().ok().filter(|n| (1..=MOST_WAVELENGTHS).contains(n));
+    let Some(number) = number else {
+        let expected = format!("the number of wavelengths, 1 to {MOST_WAVELENGTHS}");
+        return Err(Error::malformed(file.path, line_place(line), expected, excerpt(first)));
+    };
+    let mut channels: Vec<Channel> = Vec::new();
+    let mut last_line = line;
+    for index in 0..number {
+        let Some((line, word)) = words.next() else {
+            let expected = format!("{number} wavelengths");
+            return Err(Error::malformed(file.path, line_place(last_line), expected, format!("{index}")));
+        };
+        last_line = line;
+        let nm = finite(file, line_place(line), "a wavelength", word)?;
+        let channel = Channel::at_wavelength(nm);
+        if nm <= 0.0 || channels.contains(&channel) {
+            let expected = "a positive wavelength in nm, each once";
+            return Err(Error::malformed(file.path, line_place(line), expected, excerpt(word)));
+        }
+        channels.push(channel);
+    }
+
+    let mut pairs = Vec::new();
+    let mut values: Vec<Vec<f64>> = vec![Vec::new(); number];
+    for (index, line) in text.lines().enumerate().skip(last_line) {
+        let place = line_place(index + 1);
+        let words: Vec<&str> =
+            line.split('#').next().unwrap_or_default().split_whitespace().collect();
+        if words.is_empty() {
+            continue;
+        }
+        let (Some((&[theta_i, phi_i, theta_o, phi_o], sampled)), true) =
+            (words.split_first_chunk::<4>(), words.len() == 4 + number)
+        else {
+            let expected = format!("4 angles and {number} values");
+            return Err(Error::malformed(file.path, place, expected, format!("{} numbers", words.len())));
+        };
+        let polar = |what, word| polar_angle(file, place, what, finite(file, place, what, word)?);
+        pairs.push(Pair {
+            wi: direction(polar("theta_i", theta_i)?, finite(file, place, "phi_i", phi_i)?),
+            wo: direction(polar("theta_o", theta_o)?, finite(file, place, "phi_o", phi_o)?),
+        });
+        for ((row, word), channel) in values.iter_mut().zip(sampled).zip(&channels) {
+            row.push(finite(file, place, &format!("{} nm", channel.name), word)?);
+        }
+    }
+    Ok(Measurement {
+        source: Source::default(),
+        channels,
+        directions: Directions::Scattered(pairs),
+        values,
+        sigma: None,
+        dropped: BTreeMap::new(),
+    })
+}

@@ -1,0 +1,91 @@
+//! This project's own CSV; documented in docs/formats.md.
+//!
+//! `#` comments; a header naming the columns, in any order: `theta_i, phi_i, theta_o, phi_o` in degrees,
+//! one column per channel named freely, and optionally `sigma` (for all channels) or `sigma_<channel>`.
+
+use super::{Confidence, File, Format, ReadOptions, finite, polar_angle, text};
+use crate::error::{Error, Place, excerpt};
+use crate::geometry::{Directions, Pair, direction};
+use crate::measurement::csv_table::{ANGLES, Columns, records};
+use crate::measurement::{Measurement, Source};
+use std::collections::BTreeMap;
+
+/// The format's line in the registry.
+pub const FORMAT: Format = Format {
+    name: "csv",
+    summary: "CSV with a header theta_i,phi_i,theta_o,phi_o (degrees),<channel>...",
+    sniff,
+    read,
+};
+
+fn sniff(file: &File<'_>) -> Confidence {
+    let head = file.bytes.get(..file.bytes.len().min(65536)).unwrap_or_default();
+    if head.contains(&0) {
+        return Confidence::No;
+    }
+    let head = String::from_utf8_lossy(head);
+    let header = head
+        .trim_start_matches('\u{feff}')
+        .lines()
+        .map(str::trim)
+        .find(|line| !line.is_empty() && !line.starts_with('#'));
+    match header {
+        Some(line) if ANGLES.iter().any(|name| line.contains(name)) => Confidence::Yes,
+        Some(line) if line.contains(',') && line.contains(|c: char| c.is_ascii_alphabetic()) => Confidence::Maybe,
+        _ => Confidence::No,
+    }
+}
+
+fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
+    let mut records = records(text(file)?);
+    let Some((place, header)) = records.next().transpose().map_err(|e| e.in_file(file.path))? else {
+        return Err(Error::malformed(file.path, Place::File, "a header naming the columns", "only comments"));
+    };
+    let columns = Columns::parse(&header).map_err(|(expected, found)| {
+        Error::malformed(file.path, place, expected, found)
+    })?;
+
+    let mut pairs = Vec::new();
+    let mut values: Vec<Vec<f64>> = vec![Vec::new(); columns.channels.len()];
+    let mut sigma: Vec<Vec<f64>> = vec![Vec::new(); columns.channels.len()];
+    for record in records {
+        let (place, fields) = record.map_err(|e| e.in_file(file.path))?;
+        if fields.len() != header.len() {
+            let expected = format!("{} fields, as the header has", header.len());
+            return Err(Error::malformed(file.path, place, expected, format!("{}", fields.len())));
+        }
+        let number = |column: usize, what: &str| {
+            finite(file, place, what, fields.get(column).unwrap_or_default())
+        };
+        let mut angles = [0.0; 4];
+        for ((angle, &column), name) in angles.iter_mut().zip(&columns.angles).zip(ANGLES) {
+            let value = number(column, name)?.to_radians();
+            *angle = if name.starts_with("theta") { polar_angle(file, place, name, value)? } else { value };
+        }
+        let [theta_i, phi_i, theta_o, phi_o] = angles;
+        pairs.push(Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) });
+        for (((row, deviations), channel), &column) in
+            values.iter_mut().zip(&mut sigma).zip(&columns.channels).zip(&columns.values)
+        {
+            row.push(number(column, &channel.name)?);
+            if let Some(column) = columns.sigma_of(&channel.name) {
+                let what = format!("sigma of {}", channel.name);
+                let deviation = number(column, &what)?;
+                if deviation < 0.0 {
+                    let found = excerpt(fields.get(column).unwrap_or_default());
+                    return Err(Error::malformed(file.path, place, format!("{what} of 0 or more"), found));
+                }
+                deviations.push(deviation);
+            }
+        }
+    }
+    let complete = sigma.iter().all(|row| row.len() == pairs.len()) && !pairs.is_empty();
+    Ok(Measurement {
+        source: Source::default(),
+        channels: columns.channels,
+        directions: Directions::Scattered(pairs),
+        values,
+        sigma: complete.then_some(sigma),
+        dropped: BTreeMap::new(),
+    })
+}

@@ -1,0 +1,149 @@
+//! What a measurement covers: `brdfit info`.
+
+use super::Measurement;
+use crate::geometry::{Directions, Geometry, spherical_degrees};
+use crate::math::count;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// A summary of where and what was measured.
+#[derive(Clone, Debug)]
+pub struct Coverage {
+    /// Smallest and largest angle of incidence, degrees.
+    pub theta_i_deg: (f64, f64),
+    /// Smallest and largest viewing angle, degrees.
+    pub theta_o_deg: (f64, f64),
+    /// Smallest and largest polar angle of the half vector, degrees.
+    pub theta_h_deg: (f64, f64),
+    /// Different angles of incidence, to 0.01 degrees; scattered data only.
+    pub incidence_angles: Option<usize>,
+    /// Whether wi, n and wo lie in one plane, to 0.1 degrees, for every sample.
+    pub in_plane: bool,
+    /// Smallest and largest value per channel, 1/sr.
+    pub range: Vec<(f64, f64)>,
+    /// Values below zero per channel.
+    pub negative: Vec<usize>,
+    /// Root mean square of f(wi, wo) - f(wo, wi), relative to that of f, over the pairs that were measured
+    /// both ways, and their number. A MERL-style table stores each such pair once.
+    pub reciprocity: Option<(f64, usize)>,
+    /// Directional albedo per channel: int f cos(theta_o) dwo, averaged over theta_i within
+    /// `ALBEDO_LIMIT_DEG`; grids only. Cells that were not measured are filled with the mean of the others.
+    pub albedo: Option<Vec<f64>>,
+}
+
+/// Incidence up to which the albedo is averaged, degrees.
+pub const ALBEDO_LIMIT_DEG: f64 = 60.0;
+
+/// Summarises a measurement.
+#[must_use]
+pub fn coverage(measurement: &Measurement) -> Coverage {
+    let mut theta_i = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut theta_o = theta_i;
+    let mut theta_h = theta_i;
+    let mut in_plane = true;
+    let mut incidences: Vec<i64> = Vec::new();
+    let include = |range: &mut (f64, f64), value: f64| {
+        *range = (range.0.min(value), range.1.max(value));
+    };
+    for g in measurement.directions.iter() {
+        let (wi, wo) = (DVec3::from_array(g.wi), DVec3::from_array(g.wo));
+        include(&mut theta_i, spherical_degrees(wi).0);
+        include(&mut theta_o, spherical_degrees(wo).0);
+        include(&mut theta_h, spherical_degrees(DVec3::from_array(g.h)).0);
+        // n.(wi x wo) = sin(theta_i) sin(theta_o) sin(phi_o - phi_i)
+        in_plane &= wi.cross(wo).z.abs() < 0.1_f64.to_radians();
+        if !measurement.directions.is_grid() {
+            incidences.push(rounded(spherical_degrees(wi).0, 0.01));
+        }
+    }
+    incidences.sort_unstable();
+    incidences.dedup();
+    let range = measurement
+        .values
+        .iter()
+        .map(|row| {
+            let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+            row.iter().for_each(|v| include(&mut range, *v));
+            range
+        })
+        .collect();
+    Coverage {
+        theta_i_deg: theta_i,
+        theta_o_deg: theta_o,
+        theta_h_deg: theta_h,
+        incidence_angles: (!measurement.directions.is_grid()).then_some(incidences.len()),
+        in_plane,
+        range,
+        negative: measurement.values.iter().map(|row| row.iter().filter(|v| **v < 0.0).count()).collect(),
+        reciprocity: reciprocity(measurement),
+        albedo: albedo(measurement),
+    }
+}
+
+/// `value` in whole steps.
+#[expect(clippy::cast_possible_truncation, reason = "angles and unit vectors in small steps fit easily")]
+fn rounded(value: f64, step: f64) -> i64 {
+    (value / step).round() as i64
+}
+
+/// Compares the samples whose swapped directions were measured as well, to half a degree.
+fn reciprocity(measurement: &Measurement) -> Option<(f64, usize)> {
+    let Directions::Scattered(pairs) = &measurement.directions else { return None };
+    // Isotropic data are compared by the angles that a rotation about the normal leaves alone.
+    let key = |a: DVec3, b: DVec3| {
+        let step = 0.5_f64.to_radians();
+        let turn = (a.x * b.y - a.y * b.x).abs().atan2(a.x * b.x + a.y * b.y);
+        let turn = if a.z.min(b.z) > 0.999_96 { 0.0 } else { turn };
+        (rounded(a.z.acos(), step), rounded(b.z.acos(), step), rounded(turn, step))
+    };
+    let mut first = HashMap::new();
+    for (index, pair) in pairs.iter().enumerate() {
+        first.entry(key(pair.wi, pair.wo)).or_insert(index);
+    }
+    let (mut difference, mut scale, mut matches) = (0.0, 0.0, 0);
+    for (index, pair) in pairs.iter().enumerate() {
+        let Some(&other) = first.get(&key(pair.wo, pair.wi)) else { continue };
+        // Each pair once, and no sample with itself.
+        if other <= index {
+            continue;
+        }
+        matches += 1;
+        for row in &measurement.values {
+            if let (Some(a), Some(b)) = (row.get(index), row.get(other)) {
+                difference += (a - b).powi(2);
+                scale += (a * a + b * b) / 2.0;
+            }
+        }
+    }
+    (matches > 0 && scale > 0.0).then(|| ((difference / scale).sqrt(), matches))
+}
+
+/// int f co dwo by the solid angles of the grid's cells, averaged over the incident directions weighted
+/// by solid angle. The cosine-weighted mean of f over both hemispheres within the limit, times pi.
+fn albedo(measurement: &Measurement) -> Option<Vec<f64>> {
+    let Directions::Grid { grid, cells } = &measurement.directions else { return None };
+    let limit = ALBEDO_LIMIT_DEG.to_radians().cos();
+    let within = |g: &Geometry<f64>| g.cos_i() >= limit && g.cos_o() > 0.0;
+    let mut weight_sum = 0.0;
+    let mut sums = vec![0.0; measurement.values.len()];
+    for (index, (&cell, g)) in cells.iter().zip(measurement.directions.iter()).enumerate() {
+        if !within(&g) {
+            continue;
+        }
+        let weight = grid.weight(cell) * g.cos_o();
+        weight_sum += weight;
+        for (sum, row) in sums.iter_mut().zip(&measurement.values) {
+            *sum += weight * row.get(index).copied().unwrap_or(0.0);
+        }
+    }
+    (weight_sum > 0.0)
+        .then(|| sums.into_iter().map(|sum| std::f64::consts::PI * sum / weight_sum).collect())
+}
+
+impl Coverage {
+    /// The share of values below zero, all channels together.
+    #[must_use]
+    pub fn negative_share(&self, samples: usize) -> f64 {
+        count(self.negative.iter().sum::<usize>()) / count((samples * self.negative.len()).max(1))
+    }
+}

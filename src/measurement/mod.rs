@@ -1,0 +1,82 @@
+//! Measured reflectance: what a file held, which samples are usable, and how they are weighted.
+
+pub mod csv_table;
+pub mod formats;
+mod info;
+mod samples;
+
+pub use info::{Coverage, coverage};
+pub use samples::{Filters, Samples, Weighting, WithinChoice};
+
+use crate::geometry::Directions;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// One spectral band.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name in reports; the wavelength in nm for spectral data.
+    pub name: String,
+    /// Wavelength, nanometres, where the file gives one.
+    pub wavelength_nm: Option<f64>,
+}
+
+impl Channel {
+    /// A channel without a wavelength, unless the name is one.
+    ///
+    /// A number, alone or followed by `nm`, is taken for a wavelength in nanometres.
+    #[must_use]
+    pub fn named(name: &str) -> Self {
+        let number = name.strip_suffix("nm").unwrap_or(name).trim();
+        let wavelength_nm = number.parse().ok().filter(|nm: &f64| nm.is_finite() && *nm > 0.0);
+        match wavelength_nm {
+            Some(nm) => Self::at_wavelength(nm),
+            None => Self { name: name.to_owned(), wavelength_nm },
+        }
+    }
+
+    /// A spectral channel.
+    #[must_use]
+    pub fn at_wavelength(nm: f64) -> Self {
+        Self { name: format!("{nm}"), wavelength_nm: Some(nm) }
+    }
+}
+
+/// Where a measurement came from.
+#[derive(Clone, Debug, Default)]
+pub struct Source {
+    /// The file as the user named it.
+    pub path: PathBuf,
+    /// Name of its format.
+    pub format: &'static str,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}
+
+/// A measured BRDF.
+///
+/// Values are f in 1/sr, per channel and sample, with `NaN` nowhere: cells that a table marks as invalid
+/// are counted in `dropped` and left out.
+#[derive(Clone, Debug)]
+pub struct Measurement {
+    /// Where it came from.
+    pub source: Source,
+    /// The channels, at least one.
+    pub channels: Vec<Channel>,
+    /// Directions per sample.
+    pub directions: Directions,
+    /// f per channel, per sample, 1/sr.
+    pub values: Vec<Vec<f64>>,
+    /// Standard deviation of f per channel, per sample, 1/sr, where the file gives one.
+    pub sigma: Option<Vec<Vec<f64>>>,
+    /// Samples left out when reading, by reason.
+    pub dropped: BTreeMap<&'static str, usize>,
+}
+
+impl Measurement {
+    /// Samples in the file, usable or not.
+    #[must_use]
+    pub fn total(&self) -> usize {
+        self.directions.len() + self.dropped.values().sum::<usize>()
+    }
+}

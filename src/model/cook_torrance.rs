@@ -1,0 +1,103 @@
+//! Cook-Torrance: a rough surface of small mirrors, from exchangeable parts.
+//!
+//! ```text
+//! f = ks F D G/(4 ci co)
+//! ```
+//!
+//! with a normalised distribution D of facet normals, shadowing and masking G, and the facets' Fresnel
+//! reflectance F.
+//!
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | m | 1 | 1e-4..1 | roughness: rms slope (Beckmann), alpha (GGX); 0.01 polished, 0.3 satin, 0.7 nearly diffuse |
+//! | ks | 1 | 0..1000 | scale of the lobe; 1 in the physical model, and fixed there unless freed or F is none |
+//! | f0; eta, k | 1 | | of the Fresnel part |
+//!
+//! Departure: Cook and Torrance 1982 print 1/(pi ci co) with D = exp(-tan^2/m^2)/(m^2 cos^4); the 4 is the
+//! Jacobian of the half vector and D is normalised here. A `ks` published in their convention is 4/pi (D
+//! with its pi) or 4 (D without) times smaller than this one.
+//! Grazing: finite with every G but `none`. m -> 0: a mirror, D = 1/(pi m^2) at its peak.
+
+use super::parts::distribution::{Constants, Distribution};
+use super::parts::fresnel::Fresnel;
+use super::parts::shadowing::Shadowing;
+use super::{Choices, Model, ModelOption, ParamSpec, Scale, Values};
+use crate::geometry::Geometry;
+use crate::math::Scalar;
+
+/// A microfacet lobe.
+#[derive(Clone, Copy, Debug)]
+pub struct CookTorrance {
+    distribution: Distribution,
+    shadowing: Shadowing,
+    fresnel: Fresnel,
+}
+
+/// What depends on roughness and refractive index alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Prepared<T> {
+    distribution: Constants<T>,
+    fresnel: [T; 2],
+}
+
+impl Model for CookTorrance {
+    type Prepared<T: Scalar> = Prepared<T>;
+    type Basis<T: Scalar> = [T; 2];
+
+    const NAME: &'static str = "cook-torrance";
+    const SUMMARY: &'static str = "microfacet lobe F D G/(4 ci co)";
+    const REFERENCE: &'static str = "Cook and Torrance 1982, A Reflectance Model for Computer Graphics, \
+        doi:10.1145/357290.357293; Walter et al. 2007, doi:10.2312/EGWR/EGSR07/195-206";
+    const OPTIONS: &'static [ModelOption] = &[
+        ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" },
+        ModelOption { key: "g", summary: "shadowing and masking", values: Shadowing::names, default: "smith" },
+        ModelOption { key: "f", summary: "Fresnel reflectance", values: Fresnel::names, default: "schlick" },
+    ];
+
+    fn build(choices: &Choices) -> Self {
+        Self {
+            distribution: Distribution::named(choices.get("d")),
+            shadowing: Shadowing::named(choices.get("g")),
+            fresnel: Fresnel::named(choices.get("f")),
+        }
+    }
+
+    fn parameters(&self) -> Vec<ParamSpec> {
+        let roughness =
+            ParamSpec::shape("m", "roughness", (1e-4, 1.0), (0.01, 1.0), 0.2, Scale::Log);
+        let fresnel = self.fresnel.parameters();
+        let scale = ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 1.0);
+        // Without a Fresnel term nothing else gives the lobe its strength.
+        let scale = if fresnel.is_empty() { scale } else { scale.fixed() };
+        [vec![roughness], fresnel, vec![scale]].concat()
+    }
+
+    fn basis_len(&self) -> usize {
+        self.fresnel.factor_count()
+    }
+
+    fn prepare<T: Scalar>(&self, mut shapes: Values<'_, T>) -> Prepared<T> {
+        let [m] = shapes.take();
+        Prepared { distribution: self.distribution.prepare(m), fresnel: self.fresnel.prepare(&mut shapes) }
+    }
+
+    fn basis<T: Scalar>(&self, prepared: &Prepared<T>, g: &Geometry<T::Real>) -> [T; 2] {
+        let d = self.distribution.density(&prepared.distribution, g);
+        let v = self.shadowing.visibility(self.distribution, &prepared.distribution, g);
+        let lobe: T = d * v;
+        self.fresnel.factors(&prepared.fresnel, g.cos_d).map(|factor| lobe * factor)
+    }
+
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
+        let fresnel = self.fresnel.coefficients(&mut amplitudes);
+        let [ks] = amplitudes.take();
+        fresnel.map(|coefficient| ks * coefficient)
+    }
+
+    fn products(&self) -> &'static [(&'static str, &'static str)] {
+        match self.fresnel {
+            Fresnel::Schlick | Fresnel::Dielectric => &[("ks", "f0")],
+            _ => &[],
+        }
+    }
+}

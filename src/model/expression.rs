@@ -1,0 +1,153 @@
+//! Sums of models in writing: `lambert + cook-torrance(d=ggx)`.
+
+use super::{AnyModel, Choices, REGISTRY};
+use crate::error::{Error, excerpt};
+use crate::geometry::Geometry;
+use crate::math::Scalar;
+
+/// One term of a sum.
+#[derive(Clone, Debug)]
+pub struct Lobe {
+    /// Name in reports and parameter names: the model's, from the second of its kind on with `#2`, `#3`.
+    pub name: String,
+    /// The model.
+    pub model: AnyModel,
+    choices: Choices,
+}
+
+/// A sum of models.
+#[derive(Clone, Debug)]
+pub struct Expression {
+    lobes: Vec<Lobe>,
+}
+
+impl Expression {
+    /// Reads `lambert + cook-torrance(d=beckmann, g=v-cavity)`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the part that is not understood.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let mut lobes: Vec<Lobe> = Vec::new();
+        for term in text.split('+') {
+            let term = term.trim();
+            let (name, given) = split_term(term)?;
+            let Some(entry) = REGISTRY.iter().find(|entry| entry.name == name) else {
+                let names: Vec<&str> = REGISTRY.iter().map(|entry| entry.name).collect();
+                return Err(Error::Usage(format!(
+                    "model: expected one of {}, found {}",
+                    names.join(", "),
+                    excerpt(name)
+                )));
+            };
+            let (model, choices) = entry.build(&given)?;
+            let earlier = lobes.iter().filter(|lobe| lobe.model.name() == entry.name).count();
+            let name = match earlier {
+                0 => entry.name.to_owned(),
+                n => format!("{}#{}", entry.name, n + 1),
+            };
+            lobes.push(Lobe { name, model, choices });
+        }
+        Ok(Self { lobes })
+    }
+
+    /// The terms, in the order written.
+    #[must_use]
+    pub fn lobes(&self) -> &[Lobe] {
+        &self.lobes
+    }
+
+    /// The expression with every choice spelled out.
+    #[must_use]
+    pub fn canonical(&self) -> String {
+        let term = |lobe: &Lobe| match lobe.choices.text() {
+            choices if choices.is_empty() => lobe.model.name().to_owned(),
+            choices => format!("{}({choices})", lobe.model.name()),
+        };
+        self.lobes.iter().map(term).collect::<Vec<_>>().join(" + ")
+    }
+
+    /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes of each lobe in declared order, in
+    /// formula units. 0 where either direction is not above the horizon.
+    #[must_use]
+    pub fn value<T: Scalar>(&self, geometry: &Geometry<T::Real>, parameters: &[(Vec<T>, Vec<T>)]) -> T {
+        let zero = T::Real::from_real(T::constant(0.0).value());
+        let sum = self
+            .lobes
+            .iter()
+            .zip(parameters)
+            .map(|(lobe, (shapes, amplitudes))| lobe.model.value(geometry, shapes, amplitudes))
+            .fold(T::constant(0.0), |sum, f| sum + f);
+        let seen = T::if_less(zero, geometry.cos_o(), sum, T::constant(0.0));
+        T::if_less(zero, geometry.cos_i(), seen, T::constant(0.0))
+    }
+}
+
+impl std::str::FromStr for Expression {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self, Error> {
+        Self::parse(text)
+    }
+}
+
+/// Splits `name(key=value, key=value)`.
+fn split_term(term: &str) -> Result<(&str, Vec<(String, String)>), Error> {
+    let wrong = |expected: &str| {
+        Err(Error::Usage(format!("model: expected {expected}, found {}", excerpt(term))))
+    };
+    let Some((name, rest)) = term.split_once('(') else {
+        return if term.is_empty() || term.contains(')') {
+            wrong("terms such as 'lambert' or 'cook-torrance(d=ggx)' joined by '+'")
+        } else {
+            Ok((term, Vec::new()))
+        };
+    };
+    let Some(inside) = rest.strip_suffix(')') else {
+        return wrong("')' at the end of the term");
+    };
+    let mut given = Vec::new();
+    if !inside.trim().is_empty() {
+        for choice in inside.split(',') {
+            let Some((key, value)) = choice.split_once('=') else {
+                return wrong("choices such as 'd=ggx' between the parentheses");
+            };
+            given.push((key.trim().to_owned(), value.trim().to_owned()));
+        }
+    }
+    Ok((name.trim(), given))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn canonical_form_is_a_fixed_point() {
+        let text = "lambert+cook-torrance ( f=none )+ cook-torrance";
+        let expression = Expression::parse(text).unwrap();
+        let canonical = expression.canonical();
+        assert_eq!(
+            canonical,
+            "lambert + cook-torrance(d=ggx, g=smith, f=none) + cook-torrance(d=ggx, g=smith, f=schlick)"
+        );
+        assert_eq!(Expression::parse(&canonical).unwrap().canonical(), canonical);
+        assert_eq!(expression.lobes()[2].name, "cook-torrance#2");
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for (text, words) in [
+            ("", "joined by '+'"),
+            ("lambert +", "joined by '+'"),
+            ("lambrt", "found 'lambrt'"),
+            ("lambert(d=ggx)", "no options"),
+            ("cook-torrance(d=ggy)", "found 'ggy'"),
+            ("cook-torrance(d=ggx, d=ggx)", "given twice"),
+            ("cook-torrance(ggx)", "choices such as"),
+            ("cook-torrance(d=ggx", "')' at the end"),
+        ] {
+            let message = Expression::parse(text).unwrap_err().to_string();
+            assert!(message.contains(words), "{text}: {message}");
+            assert!(!message.contains('\n'));
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Lambert: a perfectly diffuse surface.
+//!
+//! ```text
+//! f = kd / pi
+//! ```
+//!
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | kd | 1 | 0..2 | albedo; above 1 only in data with fluorescence or a calibration error |
+
+use super::{Choices, Model, ParamSpec, Values};
+use crate::geometry::Geometry;
+use crate::math::Scalar;
+use std::f64::consts::FRAC_1_PI;
+
+/// A perfectly diffuse surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Lambert;
+
+impl Model for Lambert {
+    type Prepared<T: Scalar> = ();
+    type Basis<T: Scalar> = [T; 1];
+
+    const NAME: &'static str = "lambert";
+    const SUMMARY: &'static str = "perfectly diffuse surface";
+    const REFERENCE: &'static str = "Lambert 1760, Photometria";
+
+    fn build(_: &Choices) -> Self {
+        Self
+    }
+
+    fn parameters(&self) -> Vec<ParamSpec> {
+        vec![ParamSpec::amplitude("kd", "albedo", 2.0, 0.2)]
+    }
+
+    fn basis_len(&self) -> usize {
+        1
+    }
+
+    fn prepare<T: Scalar>(&self, _: Values<'_, T>) {}
+
+    fn basis<T: Scalar>(&self, (): &(), _: &Geometry<T::Real>) -> [T; 1] {
+        [T::constant(FRAC_1_PI)]
+    }
+
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
+        amplitudes.take()
+    }
+}

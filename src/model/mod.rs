@@ -1,0 +1,399 @@
+//! The zoo: what a model is, and the registry of all of them.
+//!
+//! For fixed shape parameters every reflectance model here is a sum of basis functions of the geometry,
+//!
+//! ```text
+//! f_c(wi, wo) = sum_k a_k(amplitudes_c) B_k(wi, wo; shapes)          [1/sr]
+//! ```
+//!
+//! and a [`Model`] is exactly these two functions, each written once for any [`Scalar`]. All that the
+//! fit needs follows: derivatives with respect to shapes by evaluating the basis on dual numbers,
+//! derivatives with respect to amplitudes by evaluating the (tiny) coefficients on dual numbers once per
+//! block, and one basis shared by all channels.
+//!
+//! To add a model: copy the file of the one most like it, and add one line to the `models!` list below.
+
+mod ashikhmin_shirley;
+mod cook_torrance;
+mod expression;
+mod lambert;
+mod oren_nayar;
+mod parameter;
+pub mod parts;
+
+pub use expression::{Expression, Lobe};
+pub use parameter::{ParamSpec, Role, Scale, Sharing, Unit};
+
+use crate::error::Error;
+use crate::geometry::{Block, Geometry};
+use crate::math::{Dual, Scalar};
+
+/// Parameter values, handed out in the order in which the model declares its parameters.
+///
+/// A value that is missing reads as NaN, so that a mismatch shows up as a non-finite result.
+#[derive(Clone, Debug)]
+pub struct Values<'a, T> {
+    remaining: &'a [T],
+}
+
+impl<'a, T: Scalar> Values<'a, T> {
+    /// Hands out `values` from the first on.
+    #[must_use]
+    pub fn new(values: &'a [T]) -> Self {
+        Self { remaining: values }
+    }
+
+    /// The next `N` values.
+    pub fn take<const N: usize>(&mut self) -> [T; N] {
+        std::array::from_fn(|_| match self.remaining.split_first() {
+            Some((&value, rest)) => {
+                self.remaining = rest;
+                value
+            }
+            None => T::constant(f64::NAN),
+        })
+    }
+}
+
+/// One reflectance lobe. See the module documentation for the form.
+pub trait Model: Sized {
+    /// Quantities that depend on the shape parameters alone, computed once per block.
+    type Prepared<T: Scalar>: Copy;
+    /// Values of the basis functions, or their coefficients.
+    type Basis<T: Scalar>: AsRef<[T]>;
+
+    /// Name in expressions and reports.
+    const NAME: &'static str;
+    /// What it models, in one line.
+    const SUMMARY: &'static str;
+    /// Where the formula comes from.
+    const REFERENCE: &'static str;
+    /// The variants that an expression may choose from.
+    const OPTIONS: &'static [ModelOption] = &[];
+
+    /// The variant that `choices` describe.
+    fn build(choices: &Choices) -> Self;
+
+    /// The parameters; shapes and amplitudes in any order.
+    fn parameters(&self) -> Vec<ParamSpec>;
+
+    /// How many leading basis functions this variant uses.
+    fn basis_len(&self) -> usize;
+
+    /// Everything that depends on the shape parameters alone. Shapes come in declared order, in formula
+    /// units (radians).
+    fn prepare<T: Scalar>(&self, shapes: Values<'_, T>) -> Self::Prepared<T>;
+
+    /// The basis functions at one pair of directions, both above the horizon, in 1/sr.
+    fn basis<T: Scalar>(&self, prepared: &Self::Prepared<T>, geometry: &Geometry<T::Real>) -> Self::Basis<T>;
+
+    /// The coefficients of the basis functions. Amplitudes come in declared order.
+    fn coefficients<T: Scalar>(&self, amplitudes: Values<'_, T>) -> Self::Basis<T>;
+
+    /// Pairs of parameters whose product is determined better than either of them.
+    fn products(&self) -> &'static [(&'static str, &'static str)] {
+        &[]
+    }
+}
+
+/// A choice that a model offers, such as `d=ggx`.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelOption {
+    /// Name of the option.
+    pub key: &'static str,
+    /// What it chooses.
+    pub summary: &'static str,
+    /// The values that it may take.
+    pub values: fn() -> Vec<&'static str>,
+    /// The value that a bare model name means.
+    pub default: &'static str,
+}
+
+/// The value chosen for every option of a model; complete and valid by construction.
+#[derive(Clone, Debug, Default)]
+pub struct Choices {
+    chosen: Vec<(&'static str, &'static str)>,
+}
+
+impl Choices {
+    /// The value chosen for `key`; empty for an option that the model does not have.
+    #[must_use]
+    pub fn get(&self, key: &str) -> &'static str {
+        self.chosen.iter().find(|(k, _)| *k == key).map_or("", |(_, value)| value)
+    }
+
+    /// The choices for a model whose expression says `given`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an option or value that the model does not have, or one given twice.
+    fn complete(model: &str, options: &[ModelOption], given: &[(String, String)]) -> Result<Self, Error> {
+        let keys = || options.iter().map(|o| o.key).collect::<Vec<_>>().join(", ");
+        for (index, (key, _)) in given.iter().enumerate() {
+            if !options.iter().any(|o| o.key == key) {
+                let expected = if options.is_empty() { "no options".to_owned() } else { keys() };
+                return Err(Error::Usage(format!("{model}: expected {expected}, found option '{key}'")));
+            }
+            if given.iter().take(index).any(|(k, _)| k == key) {
+                return Err(Error::Usage(format!("{model}: option '{key}' is given twice")));
+            }
+        }
+        let mut chosen = Vec::new();
+        for option in options {
+            let values = (option.values)();
+            let wanted = given.iter().find(|(k, _)| k == option.key).map_or(option.default, |(_, v)| v.as_str());
+            let Some(value) = values.iter().find(|v| **v == wanted) else {
+                return Err(Error::Usage(format!(
+                    "{model}: expected {}={}, found '{wanted}'",
+                    option.key,
+                    values.join("|")
+                )));
+            };
+            chosen.push((option.key, *value));
+        }
+        Ok(Self { chosen })
+    }
+
+    /// The choices in writing: `d=ggx, g=smith, f=schlick`.
+    #[must_use]
+    pub fn text(&self) -> String {
+        self.chosen.iter().map(|(k, v)| format!("{k}={v}")).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// What the registry knows of a model before any variant of it is built.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelEntry {
+    /// Name in expressions and reports.
+    pub name: &'static str,
+    /// What it models, in one line.
+    pub summary: &'static str,
+    /// Where the formula comes from.
+    pub reference: &'static str,
+    /// The variants that an expression may choose from.
+    pub options: &'static [ModelOption],
+    build: fn(&Choices) -> AnyModel,
+}
+
+impl ModelEntry {
+    /// The model with the choices in `given`, defaults elsewhere.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an option or value that the model does not have.
+    pub fn build(&self, given: &[(String, String)]) -> Result<(AnyModel, Choices), Error> {
+        let choices = Choices::complete(self.name, self.options, given)?;
+        Ok(((self.build)(&choices), choices))
+    }
+
+    /// Every combination of choices that the model offers, the default one first.
+    #[must_use]
+    pub fn variants(&self) -> Vec<(AnyModel, Choices)> {
+        let mut combinations = vec![Choices::default()];
+        for option in self.options {
+            let mut values = (option.values)();
+            values.sort_by_key(|v| *v != option.default);
+            combinations = combinations
+                .iter()
+                .flat_map(|c| {
+                    values.iter().map(|value| {
+                        let mut c = c.clone();
+                        c.chosen.push((option.key, value));
+                        c
+                    })
+                })
+                .collect();
+        }
+        combinations.into_iter().map(|c| ((self.build)(&c), c)).collect()
+    }
+}
+
+/// Basis functions of one lobe on a block, and their derivatives with respect to the lobe's shapes.
+///
+/// `values[k][i]` is basis function k at sample i; `partials[j][k][i]` its derivative with respect to
+/// shape j, per formula unit (radians). Empty partials where only values were asked for.
+#[derive(Clone, Debug, Default)]
+pub struct BasisBlock {
+    /// Per basis function, per sample; 1/sr.
+    pub values: Vec<Vec<f64>>,
+    /// Per shape parameter, per basis function, per sample.
+    pub partials: Vec<Vec<Vec<f64>>>,
+}
+
+impl BasisBlock {
+    fn clear(&mut self, shapes: usize, functions: usize) {
+        let empty = |rows: &mut Vec<Vec<f64>>| {
+            rows.resize(functions, Vec::new());
+            rows.iter_mut().for_each(Vec::clear);
+        };
+        empty(&mut self.values);
+        self.partials.resize(shapes, Vec::new());
+        self.partials.iter_mut().for_each(empty);
+    }
+}
+
+/// Runs a model over a block with `N` derivatives, for shapes `offset..offset + N`.
+fn differentiate_part<M: Model, const N: usize>(
+    model: &M,
+    block: &Block,
+    shapes: &[f64],
+    offset: usize,
+    out: &mut BasisBlock,
+) {
+    let seeded: Vec<Dual<f64, N>> = shapes
+        .iter()
+        .enumerate()
+        .map(|(j, &value)| Dual::variable(value, j.wrapping_sub(offset)))
+        .collect();
+    let prepared = model.prepare(Values::new(&seeded));
+    for geometry in block.samples() {
+        let basis = model.basis(&prepared, geometry);
+        for (k, dual) in basis.as_ref().iter().take(model.basis_len()).enumerate() {
+            if offset == 0 && let Some(row) = out.values.get_mut(k) {
+                row.push(dual.value);
+            }
+            for (j, partial) in dual.partials.iter().enumerate() {
+                if let Some(row) = out.partials.get_mut(offset + j).and_then(|rows| rows.get_mut(k)) {
+                    row.push(*partial);
+                }
+            }
+        }
+    }
+}
+
+fn evaluate_block<M: Model>(model: &M, block: &Block, shapes: &[f64], out: &mut BasisBlock) {
+    out.clear(0, model.basis_len());
+    differentiate_part::<M, 0>(model, block, shapes, 0, out);
+}
+
+fn differentiate_block<M: Model>(model: &M, block: &Block, shapes: &[f64], out: &mut BasisBlock) {
+    out.clear(shapes.len(), model.basis_len());
+    match shapes.len() {
+        0 => differentiate_part::<M, 0>(model, block, shapes, 0, out),
+        1 => differentiate_part::<M, 1>(model, block, shapes, 0, out),
+        2 => differentiate_part::<M, 2>(model, block, shapes, 0, out),
+        // More shapes than two go in passes of three derivatives.
+        n => {
+            for offset in (0..n).step_by(3) {
+                differentiate_part::<M, 3>(model, block, shapes, offset, out);
+            }
+        }
+    }
+}
+
+/// Coefficients of a lobe's basis, and their derivatives with respect to its amplitudes
+/// (`partials[j][k]`: amplitude j, basis function k).
+#[derive(Clone, Debug, Default)]
+pub struct Coefficients {
+    /// Per basis function.
+    pub values: Vec<f64>,
+    /// Per amplitude, per basis function.
+    pub partials: Vec<Vec<f64>>,
+}
+
+fn coefficients<M: Model>(model: &M, amplitudes: &[f64]) -> Coefficients {
+    let value = model.coefficients(Values::new(amplitudes));
+    let partials = (0..amplitudes.len())
+        .map(|j| {
+            let seeded: Vec<Dual<f64, 1>> = amplitudes
+                .iter()
+                .enumerate()
+                .map(|(i, &a)| if i == j { Dual::variable(a, 0) } else { Dual::from_real(a) })
+                .collect();
+            let duals = model.coefficients(Values::new(&seeded));
+            duals
+                .as_ref()
+                .iter()
+                .take(model.basis_len())
+                .map(|d| d.partials.first().copied().unwrap_or(0.0))
+                .collect()
+        })
+        .collect();
+    Coefficients { values: value.as_ref().iter().take(model.basis_len()).copied().collect(), partials }
+}
+
+fn value<M: Model, T: Scalar>(model: &M, geometry: &Geometry<T::Real>, shapes: &[T], amplitudes: &[T]) -> T {
+    let prepared = model.prepare(Values::new(shapes));
+    let basis = model.basis(&prepared, geometry);
+    let coefficients = model.coefficients(Values::new(amplitudes));
+    basis
+        .as_ref()
+        .iter()
+        .zip(coefficients.as_ref())
+        .take(model.basis_len())
+        .fold(T::constant(0.0), |sum, (&b, &a)| sum + a * b)
+}
+
+/// Makes the closed set of models from one line each, so that code generic in the scalar can be called
+/// on any of them.
+macro_rules! models {
+    ($($module:ident::$model:ident),* $(,)?) => {
+        /// Any model of the registry.
+        #[derive(Clone, Debug)]
+        #[expect(missing_docs, reason = "each variant is documented at its model")]
+        pub enum AnyModel { $($model($module::$model)),* }
+
+        /// Every model, in the order in which they are listed to users.
+        pub const REGISTRY: &[ModelEntry] = &[$(ModelEntry {
+            name: <$module::$model as Model>::NAME,
+            summary: <$module::$model as Model>::SUMMARY,
+            reference: <$module::$model as Model>::REFERENCE,
+            options: <$module::$model as Model>::OPTIONS,
+            build: |choices| AnyModel::$model(<$module::$model as Model>::build(choices)),
+        }),*];
+
+        impl AnyModel {
+            /// Name in expressions and reports.
+            #[must_use]
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$model(_) => <$module::$model as Model>::NAME),* }
+            }
+
+            /// The parameters, in the order of the report.
+            #[must_use]
+            pub fn parameters(&self) -> Vec<ParamSpec> {
+                match self { $(Self::$model(m) => m.parameters()),* }
+            }
+
+            /// How many basis functions there are.
+            #[must_use]
+            pub fn basis_len(&self) -> usize {
+                match self { $(Self::$model(m) => m.basis_len()),* }
+            }
+
+            /// Pairs of parameters whose product is determined better than either of them.
+            #[must_use]
+            pub fn products(&self) -> &'static [(&'static str, &'static str)] {
+                match self { $(Self::$model(m) => m.products()),* }
+            }
+
+            /// The basis functions on a block.
+            pub fn evaluate(&self, block: &Block, shapes: &[f64], out: &mut BasisBlock) {
+                match self { $(Self::$model(m) => evaluate_block(m, block, shapes, out)),* }
+            }
+
+            /// The basis functions on a block and their derivatives with respect to every shape.
+            pub fn differentiate(&self, block: &Block, shapes: &[f64], out: &mut BasisBlock) {
+                match self { $(Self::$model(m) => differentiate_block(m, block, shapes, out)),* }
+            }
+
+            /// The coefficients of the basis and their derivatives with respect to every amplitude.
+            #[must_use]
+            pub fn coefficients(&self, amplitudes: &[f64]) -> Coefficients {
+                match self { $(Self::$model(m) => coefficients(m, amplitudes)),* }
+            }
+
+            /// The BRDF at one pair of directions, 1/sr, in any scalar. Shapes and amplitudes in declared
+            /// order, in formula units.
+            #[must_use]
+            pub fn value<T: Scalar>(&self, geometry: &Geometry<T::Real>, shapes: &[T], amplitudes: &[T]) -> T {
+                match self { $(Self::$model(m) => value(m, geometry, shapes, amplitudes)),* }
+            }
+        }
+    };
+}
+
+models! {
+    lambert::Lambert,
+    oren_nayar::OrenNayar,
+    cook_torrance::CookTorrance,
+    ashikhmin_shirley::AshikhminShirley,
+}

@@ -1,0 +1,145 @@
+//! What a model says about its parameters.
+
+/// The unit that a parameter is given and reported in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Dimensionless.
+    One,
+    /// Degrees outside, radians inside the formulas.
+    Degrees,
+}
+
+impl Unit {
+    /// How reports write it.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::One => "1",
+            Self::Degrees => "deg",
+        }
+    }
+
+    /// The number of formula units in one reported unit.
+    #[must_use]
+    pub fn factor(self) -> f64 {
+        match self {
+            Self::One => 1.0,
+            Self::Degrees => std::f64::consts::PI / 180.0,
+        }
+    }
+}
+
+/// How a parameter enters the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Only through the coefficients of the basis: solved by linear least squares in most models.
+    Amplitude,
+    /// Through the basis functions themselves.
+    Shape,
+}
+
+/// Whether the channels of a measurement share a parameter unless told otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sharing {
+    /// One value for all channels.
+    Shared,
+    /// One value per channel.
+    PerChannel,
+}
+
+/// The coordinate in which the solver moves a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// The parameter itself.
+    Linear,
+    /// Its logarithm, for positive quantities that span decades.
+    Log,
+}
+
+/// One parameter of a model: the whole contract between the formula and every tool.
+///
+/// Values are in the reported [`Unit`].
+#[derive(Clone, Debug)]
+pub struct ParamSpec {
+    /// The field's symbol, as on the command line and in reports.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub summary: &'static str,
+    /// Unit of all values here.
+    pub unit: Unit,
+    /// Smallest and largest value.
+    pub bounds: (f64, f64),
+    /// Where a fit starts when nothing better is known.
+    pub initial: f64,
+    /// The range that the search for a start scans.
+    pub typical: (f64, f64),
+    /// Whether it is fixed at `initial` unless freed.
+    pub fixed: bool,
+    /// Amplitude or shape.
+    pub role: Role,
+    /// Shared or per channel.
+    pub sharing: Sharing,
+    /// Linear or logarithmic.
+    pub scale: Scale,
+}
+
+impl ParamSpec {
+    /// A per-channel amplitude between 0 and `upper`.
+    #[must_use]
+    pub const fn amplitude(name: &'static str, summary: &'static str, upper: f64, initial: f64) -> Self {
+        Self {
+            name,
+            summary,
+            unit: Unit::One,
+            bounds: (0.0, upper),
+            initial,
+            typical: (0.0, upper),
+            fixed: false,
+            role: Role::Amplitude,
+            sharing: Sharing::PerChannel,
+            scale: Scale::Linear,
+        }
+    }
+
+    /// A dimensionless shape parameter shared by the channels.
+    #[must_use]
+    pub const fn shape(
+        name: &'static str,
+        summary: &'static str,
+        bounds: (f64, f64),
+        typical: (f64, f64),
+        initial: f64,
+        scale: Scale,
+    ) -> Self {
+        Self {
+            name,
+            summary,
+            unit: Unit::One,
+            bounds,
+            initial,
+            typical,
+            fixed: false,
+            role: Role::Shape,
+            sharing: Sharing::Shared,
+            scale,
+        }
+    }
+
+    /// The same parameter with one value per channel.
+    #[must_use]
+    pub const fn per_channel(self) -> Self {
+        Self { sharing: Sharing::PerChannel, ..self }
+    }
+
+    /// The same parameter, fixed unless freed.
+    #[must_use]
+    pub const fn fixed(self) -> Self {
+        Self { fixed: true, ..self }
+    }
+
+    /// The same parameter in another unit.
+    #[must_use]
+    pub const fn unit(self, unit: Unit) -> Self {
+        Self { unit, ..self }
+    }
+}

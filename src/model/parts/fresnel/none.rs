@@ -1,0 +1,21 @@
+//! No Fresnel effect: F = 1, the same at every angle.
+
+use super::FresnelReflectance;
+use crate::math::Scalar;
+use crate::model::{ParamSpec, Values};
+
+pub(super) struct None;
+
+impl FresnelReflectance for None {
+    fn parameters() -> Vec<ParamSpec> {
+        Vec::new()
+    }
+
+    fn prepare<T: Scalar>(_: &mut Values<'_, T>) -> [T; 2] {
+        [T::constant(0.0); 2]
+    }
+
+    fn factors<T: Scalar>(_: &[T; 2], _: T::Real) -> [T; 2] {
+        [T::constant(1.0), T::constant(0.0)]
+    }
+}

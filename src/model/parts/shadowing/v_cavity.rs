@@ -1,0 +1,24 @@
+//! V-cavities: long symmetric grooves, one facet of each pair shading the other.
+//!
+//! ```text
+//! G = min(1, 2 (n.h) ci/(wi.h), 2 (n.h) co/(wi.h))
+//! V = G/(4 ci co) = min(1/(4 ci co), (n.h)/(2 (wi.h) co), (n.h)/(2 (wi.h) ci))
+//! ```
+//!
+//! Torrance and Sparrow 1967; Cook and Torrance 1982, eq. 9. Knows nothing of the roughness; has kinks.
+
+use super::{Constants, Distribution, Masking};
+use crate::geometry::Geometry;
+use crate::math::{Real, Scalar};
+
+pub(super) struct VCavity;
+
+impl Masking for VCavity {
+    fn visibility<T: Scalar>(_: Distribution, _: &Constants<T>, g: &Geometry<T::Real>) -> T {
+        let (cos_i, cos_o) = (g.cos_i(), g.cos_o());
+        // The lesser of the two shaded cases divides by the greater cosine.
+        let product: T::Real = cos_i * cos_o;
+        let shaded: T::Real = (g.cos_h() / (g.cos_d * cos_i.greater(cos_o))).times(0.5);
+        T::from_real(shaded.lesser(product.recip().times(0.25)))
+    }
+}
