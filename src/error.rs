@@ -67,7 +67,12 @@ pub enum Error {
 impl Error {
     /// A malformed file.
     #[must_use]
-    pub fn malformed(path: &Path, place: Place, expected: impl Into<String>, found: impl Into<String>) -> Self {
+    pub fn malformed(
+        path: &Path,
+        place: Place,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
         Self::Malformed { path: path.to_owned(), place, expected: expected.into(), found: found.into() }
     }
 

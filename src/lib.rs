@@ -2,9 +2,12 @@
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
 pub mod error;
+pub mod fit;
 pub mod geometry;
 pub mod math;
 pub mod measurement;
 pub mod model;
+pub mod report;
+pub mod synthetic;
 
 pub use error::Error;

@@ -142,7 +142,8 @@ mod tests {
         // The sum over all bins above the horizon of 4 x weight x bin size is (2 pi)^2: every pair of
         // directions once. phi_d is stored for half a turn, phi_h not at all: a factor 2 pi x 2.
         let grid = HalfDifferenceGrid::merl(0.5);
-        let bin = (std::f64::consts::FRAC_PI_2 / 8100.0) * (std::f64::consts::FRAC_PI_2 / 90.0)
+        let bin = (std::f64::consts::FRAC_PI_2 / 8100.0)
+            * (std::f64::consts::FRAC_PI_2 / 90.0)
             * (std::f64::consts::PI / 180.0);
         let sum: f64 = (0..u32::try_from(HalfDifferenceGrid::CELLS).unwrap())
             .filter(|&cell| {

@@ -36,9 +36,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
     #[must_use]
     fn zip(self, other: Self, value: R, f: impl Fn(R, R) -> R) -> Self {
         let mut pairs = self.partials.into_iter().zip(other.partials);
-        let partials = array::from_fn(|_| {
-            pairs.next().map_or_else(|| R::literal(0.0), |(a, b)| f(a, b))
-        });
+        let partials = array::from_fn(|_| pairs.next().map_or_else(|| R::literal(0.0), |(a, b)| f(a, b)));
         Self { value, partials }
     }
 }

@@ -33,9 +33,8 @@ pub fn records(text: &str) -> impl Iterator<Item = Result<(Place, StringRecord),
         .from_reader(text.as_bytes())
         .into_records()
         .map(|record| {
-            let place = |position: Option<&csv::Position>| {
-                position.map_or(Place::File, |p| Place::Line(p.line()))
-            };
+            let place =
+                |position: Option<&csv::Position>| position.map_or(Place::File, |p| Place::Line(p.line()));
             match record {
                 Ok(record) => Ok((place(record.position()), record)),
                 Err(error) => {
@@ -95,9 +94,9 @@ impl Columns {
             return Err(("a column of values beside the angles".to_owned(), listed(header)));
         }
         let known = |name: &str| columns.channels.iter().any(|channel| channel.name == name);
-        if let Some((Some(name), _)) = columns.sigma.iter().find(|(name, _)| {
-            name.as_deref().is_some_and(|name| !known(name))
-        }) {
+        if let Some((Some(name), _)) =
+            columns.sigma.iter().find(|(name, _)| name.as_deref().is_some_and(|name| !known(name)))
+        {
             return Err((format!("a column '{name}' beside 'sigma_{name}'"), listed(header)));
         }
         Ok(columns)

@@ -136,8 +136,7 @@ fn albedo(measurement: &Measurement) -> Option<Vec<f64>> {
             *sum += weight * row.get(index).copied().unwrap_or(0.0);
         }
     }
-    (weight_sum > 0.0)
-        .then(|| sums.into_iter().map(|sum| std::f64::consts::PI * sum / weight_sum).collect())
+    (weight_sum > 0.0).then(|| sums.into_iter().map(|sum| std::f64::consts::PI * sum / weight_sum).collect())
 }
 
 impl Coverage {

@@ -5,8 +5,8 @@ pub mod formats;
 mod info;
 mod samples;
 
-pub use info::{Coverage, coverage};
-pub use samples::{Filters, Samples, Weighting, WithinChoice};
+pub use info::{ALBEDO_LIMIT_DEG, Coverage, coverage};
+pub use samples::{Filters, Samples, Weighting};
 
 use crate::geometry::Directions;
 use std::collections::BTreeMap;

@@ -32,16 +32,13 @@ impl Weighting {
     }
 }
 
-/// A setting that has a default depending on the data.
-pub type WithinChoice<T> = Option<T>;
-
 /// Which samples count, and how much.
 #[derive(Clone, Debug)]
 pub struct Filters {
     /// Largest angle of incidence and of viewing, degrees, inclusive.
     pub max_theta_deg: f64,
     /// Weights; by default solid-angle on grids and uniform elsewhere.
-    pub weighting: WithinChoice<Weighting>,
+    pub weighting: Option<Weighting>,
     /// Use only so many samples, drawn evenly over the measure; all if none.
     pub samples: Option<usize>,
     /// Seed of the draw.

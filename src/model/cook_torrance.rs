@@ -50,7 +50,12 @@ impl Model for CookTorrance {
         doi:10.1145/357290.357293; Walter et al. 2007, doi:10.2312/EGWR/EGSR07/195-206";
     const OPTIONS: &'static [ModelOption] = &[
         ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" },
-        ModelOption { key: "g", summary: "shadowing and masking", values: Shadowing::names, default: "smith" },
+        ModelOption {
+            key: "g",
+            summary: "shadowing and masking",
+            values: Shadowing::names,
+            default: "smith",
+        },
         ModelOption { key: "f", summary: "Fresnel reflectance", values: Fresnel::names, default: "schlick" },
     ];
 
@@ -63,8 +68,7 @@ impl Model for CookTorrance {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let roughness =
-            ParamSpec::shape("m", "roughness", (1e-4, 1.0), (0.01, 1.0), 0.2, Scale::Log);
+        let roughness = ParamSpec::shape("m", "roughness", (1e-4, 1.0), (0.01, 1.0), 0.2, Scale::Log);
         let fresnel = self.fresnel.parameters();
         let scale = ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 1.0);
         // Without a Fresnel term nothing else gives the lobe its strength.

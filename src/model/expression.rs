@@ -91,9 +91,8 @@ impl std::str::FromStr for Expression {
 
 /// Splits `name(key=value, key=value)`.
 fn split_term(term: &str) -> Result<(&str, Vec<(String, String)>), Error> {
-    let wrong = |expected: &str| {
-        Err(Error::Usage(format!("model: expected {expected}, found {}", excerpt(term))))
-    };
+    let wrong =
+        |expected: &str| Err(Error::Usage(format!("model: expected {expected}, found {}", excerpt(term))));
     let Some((name, rest)) = term.split_once('(') else {
         return if term.is_empty() || term.contains(')') {
             wrong("terms such as 'lambert' or 'cook-torrance(d=ggx)' joined by '+'")

@@ -140,7 +140,8 @@ impl Choices {
         let mut chosen = Vec::new();
         for option in options {
             let values = (option.values)();
-            let wanted = given.iter().find(|(k, _)| k == option.key).map_or(option.default, |(_, v)| v.as_str());
+            let wanted =
+                given.iter().find(|(k, _)| k == option.key).map_or(option.default, |(_, v)| v.as_str());
             let Some(value) = values.iter().find(|v| **v == wanted) else {
                 return Err(Error::Usage(format!(
                     "{model}: expected {}={}, found '{wanted}'",
@@ -238,16 +239,15 @@ fn differentiate_part<M: Model, const N: usize>(
     offset: usize,
     out: &mut BasisBlock,
 ) {
-    let seeded: Vec<Dual<f64, N>> = shapes
-        .iter()
-        .enumerate()
-        .map(|(j, &value)| Dual::variable(value, j.wrapping_sub(offset)))
-        .collect();
+    let seeded: Vec<Dual<f64, N>> =
+        shapes.iter().enumerate().map(|(j, &value)| Dual::variable(value, j.wrapping_sub(offset))).collect();
     let prepared = model.prepare(Values::new(&seeded));
     for geometry in block.samples() {
         let basis = model.basis(&prepared, geometry);
         for (k, dual) in basis.as_ref().iter().take(model.basis_len()).enumerate() {
-            if offset == 0 && let Some(row) = out.values.get_mut(k) {
+            if offset == 0
+                && let Some(row) = out.values.get_mut(k)
+            {
                 row.push(dual.value);
             }
             for (j, partial) in dual.partials.iter().enumerate() {

@@ -72,10 +72,7 @@ impl Model for OrenNayar {
             20.0,
             Scale::Linear,
         );
-        vec![
-            ParamSpec::amplitude("albedo", "albedo of the facets", 2.0, 0.2),
-            sigma.unit(Unit::Degrees),
-        ]
+        vec![ParamSpec::amplitude("albedo", "albedo of the facets", 2.0, 0.2), sigma.unit(Unit::Degrees)]
     }
 
     fn basis_len(&self) -> usize {

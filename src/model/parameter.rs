@@ -81,6 +81,9 @@ pub struct ParamSpec {
     pub sharing: Sharing,
     /// Linear or logarithmic.
     pub scale: Scale,
+    /// The parameter of the same model that this one equals on data that do not know the half vector's
+    /// azimuth.
+    pub isotropic_as: Option<&'static str>,
 }
 
 impl ParamSpec {
@@ -98,6 +101,7 @@ impl ParamSpec {
             role: Role::Amplitude,
             sharing: Sharing::PerChannel,
             scale: Scale::Linear,
+            isotropic_as: None,
         }
     }
 
@@ -122,6 +126,7 @@ impl ParamSpec {
             role: Role::Shape,
             sharing: Sharing::Shared,
             scale,
+            isotropic_as: None,
         }
     }
 
@@ -135,6 +140,12 @@ impl ParamSpec {
     #[must_use]
     pub const fn fixed(self) -> Self {
         Self { fixed: true, ..self }
+    }
+
+    /// The same parameter, equal to `other` on data that do not know the half vector's azimuth.
+    #[must_use]
+    pub const fn isotropic_as(self, other: &'static str) -> Self {
+        Self { isotropic_as: Some(other), ..self }
     }
 
     /// The same parameter in another unit.

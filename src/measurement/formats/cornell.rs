@@ -74,8 +74,7 @@ fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); number];
     for (index, line) in text.lines().enumerate().skip(last_line) {
         let place = line_place(index + 1);
-        let words: Vec<&str> =
-            line.split('#').next().unwrap_or_default().split_whitespace().collect();
+        let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();
         if words.is_empty() {
             continue;
         }

@@ -20,17 +20,12 @@ const HEADER_BYTES: usize = 12;
 const FILE_BYTES: usize = HEADER_BYTES + 3 * 8 * HalfDifferenceGrid::CELLS;
 
 /// The format's line in the registry.
-pub const FORMAT: Format = Format {
-    name: "merl",
-    summary: "a MERL table (.binary: 90 x 90 x 180 cells, RGB)",
-    sniff,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "merl", summary: "a MERL table (.binary: 90 x 90 x 180 cells, RGB)", sniff, read };
 
 fn header(bytes: &[u8]) -> Option<[i32; 3]> {
-    let mut integers = bytes.get(..HEADER_BYTES)?.chunks_exact(4).map(|word| {
-        word.try_into().map_or(0, i32::from_le_bytes)
-    });
+    let mut integers =
+        bytes.get(..HEADER_BYTES)?.chunks_exact(4).map(|word| word.try_into().map_or(0, i32::from_le_bytes));
     Some([integers.next()?, integers.next()?, integers.next()?])
 }
 

@@ -9,6 +9,7 @@ mod table;
 
 use super::{Measurement, Source};
 use crate::error::{Error, Place, excerpt};
+use crate::geometry::Pair;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -81,6 +82,22 @@ pub fn read(path: &Path, format: Option<&str>, options: &ReadOptions) -> Result<
     let mut measurement = read?;
     measurement.source = Source { path: path.to_owned(), format: format.name, sha256 };
     Ok(measurement)
+}
+
+/// The directions of a file: of a measurement in any format, or of a CSV that has the four angles alone.
+///
+/// # Errors
+/// Like [`read`].
+pub fn read_directions(path: &Path, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
+    let bytes = std::fs::read(path).map_err(Error::read(path))?;
+    let file = File { path, bytes: &bytes };
+    let format = recognise(&file)?;
+    if format.name == table::FORMAT.name {
+        return table::directions(&file);
+    }
+    let measurement = (format.read)(&file, options)?;
+    let pairs = measurement.directions.iter().map(|g| Pair { wi: g.wi.into(), wo: g.wo.into() });
+    Ok(pairs.collect())
 }
 
 /// The format of that name.

@@ -8,6 +8,7 @@ use crate::error::{Error, Place, excerpt};
 use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::csv_table::{ANGLES, Columns, records};
 use crate::measurement::{Measurement, Source};
+use csv::StringRecord;
 use std::collections::BTreeMap;
 
 /// The format's line in the registry.
@@ -31,54 +32,95 @@ fn sniff(file: &File<'_>) -> Confidence {
         .find(|line| !line.is_empty() && !line.starts_with('#'));
     match header {
         Some(line) if ANGLES.iter().any(|name| line.contains(name)) => Confidence::Yes,
-        Some(line) if line.contains(',') && line.contains(|c: char| c.is_ascii_alphabetic()) => Confidence::Maybe,
+        Some(line) if line.contains(',') && line.contains(|c: char| c.is_ascii_alphabetic()) => {
+            Confidence::Maybe
+        }
         _ => Confidence::No,
     }
 }
 
-fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
+/// Reads the header with `parse`, then hands every record to `row`.
+fn for_each_record<C>(
+    file: &File<'_>,
+    parse: impl Fn(&StringRecord) -> Result<C, (String, String)>,
+    mut row: impl FnMut(&C, Place, &StringRecord) -> Result<(), Error>,
+) -> Result<C, Error> {
     let mut records = records(text(file)?);
     let Some((place, header)) = records.next().transpose().map_err(|e| e.in_file(file.path))? else {
         return Err(Error::malformed(file.path, Place::File, "a header naming the columns", "only comments"));
     };
-    let columns = Columns::parse(&header).map_err(|(expected, found)| {
-        Error::malformed(file.path, place, expected, found)
-    })?;
-
-    let mut pairs = Vec::new();
-    let mut values: Vec<Vec<f64>> = vec![Vec::new(); columns.channels.len()];
-    let mut sigma: Vec<Vec<f64>> = vec![Vec::new(); columns.channels.len()];
+    let columns =
+        parse(&header).map_err(|(expected, found)| Error::malformed(file.path, place, expected, found))?;
     for record in records {
         let (place, fields) = record.map_err(|e| e.in_file(file.path))?;
         if fields.len() != header.len() {
             let expected = format!("{} fields, as the header has", header.len());
             return Err(Error::malformed(file.path, place, expected, format!("{}", fields.len())));
         }
-        let number = |column: usize, what: &str| {
-            finite(file, place, what, fields.get(column).unwrap_or_default())
-        };
-        let mut angles = [0.0; 4];
-        for ((angle, &column), name) in angles.iter_mut().zip(&columns.angles).zip(ANGLES) {
-            let value = number(column, name)?.to_radians();
-            *angle = if name.starts_with("theta") { polar_angle(file, place, name, value)? } else { value };
-        }
-        let [theta_i, phi_i, theta_o, phi_o] = angles;
-        pairs.push(Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) });
+        row(&columns, place, &fields)?;
+    }
+    Ok(columns)
+}
+
+/// A finite number in a column.
+fn number(
+    file: &File<'_>,
+    place: Place,
+    fields: &StringRecord,
+    column: usize,
+    what: &str,
+) -> Result<f64, Error> {
+    finite(file, place, what, fields.get(column).unwrap_or_default())
+}
+
+/// The pair of directions in a record.
+fn pair(file: &File<'_>, place: Place, fields: &StringRecord, columns: &[usize; 4]) -> Result<Pair, Error> {
+    let mut angles = [0.0; 4];
+    for ((angle, &column), name) in angles.iter_mut().zip(columns).zip(ANGLES) {
+        let value = number(file, place, fields, column, name)?.to_radians();
+        *angle = if name.starts_with("theta") { polar_angle(file, place, name, value)? } else { value };
+    }
+    let [theta_i, phi_i, theta_o, phi_o] = angles;
+    Ok(Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) })
+}
+
+/// The directions alone; other columns may hold anything.
+pub(super) fn directions(file: &File<'_>) -> Result<Vec<Pair>, Error> {
+    let mut pairs = Vec::new();
+    for_each_record(file, Columns::angles, |columns, place, fields| {
+        pairs.push(pair(file, place, fields, columns)?);
+        Ok(())
+    })?;
+    if pairs.is_empty() {
+        return Err(Error::malformed(file.path, Place::File, "at least one pair of directions", "none"));
+    }
+    Ok(pairs)
+}
+
+fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
+    let mut pairs = Vec::new();
+    let mut values: Vec<Vec<f64>> = Vec::new();
+    let mut sigma: Vec<Vec<f64>> = Vec::new();
+    let columns = for_each_record(file, Columns::parse, |columns, place, fields| {
+        pairs.push(pair(file, place, fields, &columns.angles)?);
+        values.resize(columns.channels.len(), Vec::new());
+        sigma.resize(columns.channels.len(), Vec::new());
         for (((row, deviations), channel), &column) in
             values.iter_mut().zip(&mut sigma).zip(&columns.channels).zip(&columns.values)
         {
-            row.push(number(column, &channel.name)?);
-            if let Some(column) = columns.sigma_of(&channel.name) {
-                let what = format!("sigma of {}", channel.name);
-                let deviation = number(column, &what)?;
-                if deviation < 0.0 {
-                    let found = excerpt(fields.get(column).unwrap_or_default());
-                    return Err(Error::malformed(file.path, place, format!("{what} of 0 or more"), found));
-                }
-                deviations.push(deviation);
+            row.push(number(file, place, fields, column, &channel.name)?);
+            let Some(column) = columns.sigma_of(&channel.name) else { continue };
+            let what = format!("sigma of {}", channel.name);
+            let deviation = number(file, place, fields, column, &what)?;
+            if deviation < 0.0 {
+                let found = excerpt(fields.get(column).unwrap_or_default());
+                return Err(Error::malformed(file.path, place, format!("{what} of 0 or more"), found));
             }
+            deviations.push(deviation);
         }
-    }
+        Ok(())
+    })?;
+    values.resize(columns.channels.len(), Vec::new());
     let complete = sigma.iter().all(|row| row.len() == pairs.len()) && !pairs.is_empty();
     Ok(Measurement {
         source: Source::default(),

@@ -79,12 +79,13 @@ mod tests {
         let marginal = |q: f64| {
             // int over the other slope, both half lines, in units of the scale on which it varies.
             let scale = q.hypot(0.3);
-            2.0 * scale * rule.integrate(0.0, FRAC_PI_2, |t| {
-                let r = scale * t.tan();
-                let theta_h = q.hypot(r).atan();
-                let c = theta_h.cos();
-                d.density(constants, &at(theta_h)) * c.powi(4) / t.cos().powi(2)
-            })
+            2.0 * scale
+                * rule.integrate(0.0, FRAC_PI_2, |t| {
+                    let r = scale * t.tan();
+                    let theta_h = q.hypot(r).atan();
+                    let c = theta_h.cos();
+                    d.density(constants, &at(theta_h)) * c.powi(4) / t.cos().powi(2)
+                })
         };
         rule.integrate(mu.atan(), FRAC_PI_2, |t| (t.tan() - mu) * marginal(t.tan()) / t.cos().powi(2)) / mu
     }

@@ -25,7 +25,8 @@ pub(super) struct Conductor;
 impl FresnelReflectance for Conductor {
     fn parameters() -> Vec<ParamSpec> {
         vec![
-            ParamSpec::shape("eta", "refractive index", (0.01, 100.0), (0.2, 4.0), 1.5, Scale::Log).per_channel(),
+            ParamSpec::shape("eta", "refractive index", (0.01, 100.0), (0.2, 4.0), 1.5, Scale::Log)
+                .per_channel(),
             ParamSpec::shape("k", "extinction coefficient", (0.0, 200.0), (0.3, 7.0), 2.0, Scale::Linear)
                 .per_channel(),
         ]

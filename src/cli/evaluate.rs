@@ -1,0 +1,76 @@
+//! `brdfit evaluate`: scores given parameters, without a fit.
+
+use super::fit::ReportArguments;
+use super::input::{ReadArguments, SampleArguments};
+use super::output::{Output, json};
+use super::settings::values;
+use super::{Outcome, say};
+use brdfit::Error;
+use brdfit::fit::{Options, Setting, evaluate};
+use brdfit::model::Expression;
+use brdfit::report::{Circumstances, OptionRecord, Report, Times, table};
+use clap::Args;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Arguments of `brdfit evaluate`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Measurement: MERL .binary, Cornell text, or CSV
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
+    /// Model expression
+    #[arg(short, long = "model", value_name = "EXPR")]
+    model: String,
+    /// Values of parameters; the others keep their defaults
+    #[arg(long, value_name = "P=V", num_args = 1..)]
+    set: Vec<String>,
+    #[command(flatten)]
+    report: ReportArguments,
+    #[command(flatten)]
+    samples: SampleArguments,
+    #[command(flatten)]
+    read: ReadArguments,
+}
+
+/// Runs the subcommand.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let expression = Expression::parse(&arguments.model)?;
+    let options = Options {
+        metric: arguments.samples.metric(),
+        filters: arguments.samples.filters()?,
+        settings: values("--set", &arguments.set, Setting::Set)?,
+        seed: arguments.samples.seed(),
+        ..Options::default()
+    };
+    let output = arguments.report.file().map(Output::open).transpose()?;
+    let started = Instant::now();
+    let measurement = arguments.read.read(&arguments.input)?;
+    let read = started.elapsed().as_secs_f64();
+    let result = evaluate(&measurement, &expression, &options)?;
+    let total = started.elapsed().as_secs_f64();
+    let circumstances = Circumstances {
+        metric: options.metric,
+        max_theta_deg: options.filters.max_theta_deg,
+        options: OptionRecord {
+            samples: arguments.samples.samples(),
+            seed: options.seed,
+            merl_bins: arguments.read.merl_bins(),
+            timeout_s: None,
+            parameters: arguments.set.iter().map(|text| format!("--set {text}")).collect(),
+        },
+        times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
+        fitted: false,
+    };
+    let report = Report::new(&measurement, &expression, &result, &circumstances);
+    let text = json(&report)?;
+    if arguments.report.json_alone() {
+        say(&text)?;
+    } else if !arguments.report.quiet() {
+        say(&table(&report))?;
+    }
+    if let Some(output) = output {
+        output.commit(text.as_bytes())?;
+    }
+    Ok(if report.termination.usable { Outcome::Good } else { Outcome::NotUsable })
+}

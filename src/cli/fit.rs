@@ -1,0 +1,281 @@
+//! `brdfit fit`: fits models to measurements.
+
+use super::input::{ReadArguments, SampleArguments};
+use super::output::{Output, json};
+use super::progress::Bar;
+use super::settings::SettingArguments;
+use super::{Outcome, complain, say};
+use brdfit::Error;
+use brdfit::fit::{Options, Progress, fit};
+use brdfit::model::Expression;
+use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times, table};
+use clap::Args;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Arguments of `brdfit fit`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Measurements: MERL .binary, Cornell text, or CSV
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// Model expression, such as 'lambert + cook-torrance(d=beckmann)'; may be repeated
+    #[arg(short, long = "model", required = true, value_name = "EXPR")]
+    models: Vec<String>,
+    #[command(flatten)]
+    report: ReportArguments,
+    #[command(flatten)]
+    samples: SampleArguments,
+    #[command(flatten)]
+    settings: SettingArguments,
+    #[command(flatten)]
+    read: ReadArguments,
+    /// Stop after so many seconds with the best so far
+    #[arg(long, value_name = "S")]
+    timeout: Option<f64>,
+    /// Threads; by default one per core
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    threads: Option<usize>,
+}
+
+/// Where the report goes.
+#[derive(Args)]
+pub struct ReportArguments {
+    /// Write the JSON report here too; '-' for standard output, a folder for one file per input
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+    /// JSON on standard output instead of the table
+    #[arg(long)]
+    json: bool,
+    /// No table, no progress
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl ReportArguments {
+    /// Whether JSON goes to standard output, alone.
+    pub fn json_alone(&self) -> bool {
+        self.json || self.output.as_deref() == Some(Path::new("-"))
+    }
+
+    /// Whether nothing but the result is wanted.
+    pub fn quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// The file to write.
+    pub fn file(&self) -> Option<&Path> {
+        self.output.as_deref().filter(|path| *path != Path::new("-"))
+    }
+}
+
+/// Runs the subcommand.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let expressions: Vec<Expression> =
+        arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
+    let started = Instant::now();
+    let options = options(arguments, started)?;
+    let mut outputs = Outputs::open(arguments)?;
+    let stop = options.stop.clone().unwrap_or_default();
+    listen_for_interrupts(&stop);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads.unwrap_or(0))
+        .build()
+        .map_err(|e| Error::Usage(format!("--threads: {e}")))?;
+
+    let single = arguments.inputs.len() == 1 && expressions.len() == 1;
+    let mut all: Vec<Report> = Vec::new();
+    let mut failed: Vec<Failure> = Vec::new();
+    let mut usable = true;
+    for (index, path) in arguments.inputs.iter().enumerate() {
+        if stop.load(Ordering::Relaxed) && index > 0 {
+            failed.push(Failure { path: path.display().to_string(), error: "interrupted".to_owned() });
+            continue;
+        }
+        match pool.install(|| fit_input(arguments, path, &expressions, &options)) {
+            Ok(reports) => {
+                usable &= reports.iter().all(|report| report.termination.usable);
+                for report in
+                    reports.iter().filter(|_| !arguments.report.quiet() && !arguments.report.json_alone())
+                {
+                    let gap = if all.is_empty() && report.model == reports.first().map_or("", |r| &r.model) {
+                        ""
+                    } else {
+                        "\n"
+                    };
+                    say(&format!("{gap}{}", table(report)))?;
+                }
+                outputs.input_done(index, &reports)?;
+                all.extend(reports);
+            }
+            // One input alone: its error is the command's.
+            Err(error) if arguments.inputs.len() == 1 => return Err(error),
+            Err(error) => {
+                complain(&error.to_string());
+                failed.push(Failure { path: path.display().to_string(), error: error.to_string() });
+            }
+        }
+    }
+    if all.is_empty() {
+        return Err(Error::Usage(format!("none of the {} inputs could be fitted", arguments.inputs.len())));
+    }
+    let good = usable && failed.is_empty();
+    let text = match (single, all.as_slice()) {
+        (true, [only]) => json(only)?,
+        _ => {
+            let reports = Reports::new(all, failed);
+            if !arguments.report.quiet() && !arguments.report.json_alone() {
+                say(&ranking(&reports))?;
+            }
+            json(&reports)?
+        }
+    };
+    if arguments.report.json_alone() {
+        say(&text)?;
+    }
+    outputs.all_done(&text)?;
+    Ok(if good { Outcome::Good } else { Outcome::NotUsable })
+}
+
+fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
+    let deadline = arguments
+        .timeout
+        .map(|seconds| {
+            Duration::try_from_secs_f64(seconds)
+                .ok()
+                .filter(|d| !d.is_zero())
+                .and_then(|limit| started.checked_add(limit))
+                .ok_or_else(|| Error::Usage(format!("--timeout: expected seconds above 0, found {seconds}")))
+        })
+        .transpose()?;
+    Ok(Options {
+        metric: arguments.samples.metric(),
+        filters: arguments.samples.filters()?,
+        settings: arguments.settings.settings()?,
+        seed: arguments.samples.seed(),
+        stop: Some(Arc::new(AtomicBool::new(false))),
+        deadline,
+        ..Options::default()
+    })
+}
+
+/// The first Ctrl-C asks for the best so far, the second ends the program.
+fn listen_for_interrupts(stop: &Arc<AtomicBool>) {
+    let stop = Arc::clone(stop);
+    // Without a handler Ctrl-C simply ends the program.
+    let _ = ctrlc::set_handler(move || {
+        if stop.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+}
+
+/// Fits every expression to one input.
+fn fit_input(
+    arguments: &Arguments,
+    path: &Path,
+    expressions: &[Expression],
+    options: &Options,
+) -> Result<Vec<Report>, Error> {
+    let bar = Arc::new(Bar::new(path.display().to_string(), arguments.report.quiet()));
+    let reading = Instant::now();
+    let result = arguments.read.read(path).and_then(|measurement| {
+        let read = reading.elapsed().as_secs_f64();
+        expressions
+            .iter()
+            .map(|expression| {
+                let fitting = Instant::now();
+                let progress: Arc<dyn Progress> = Arc::clone(&bar) as Arc<dyn Progress>;
+                let fitted = fit(&measurement, expression, options, &progress)?;
+                let fit = fitting.elapsed().as_secs_f64();
+                let times = Times { read, fit, total: read + fit, threads: rayon::current_num_threads() };
+                let circumstances = Circumstances {
+                    metric: options.metric,
+                    max_theta_deg: options.filters.max_theta_deg,
+                    options: OptionRecord {
+                        samples: arguments.samples.samples(),
+                        seed: options.seed,
+                        merl_bins: arguments.read.merl_bins(),
+                        timeout_s: arguments.timeout,
+                        parameters: arguments.settings.as_given(),
+                    },
+                    times,
+                    fitted: true,
+                };
+                Ok(Report::new(&measurement, expression, &fitted, &circumstances))
+            })
+            .collect()
+    });
+    bar.finish();
+    result
+}
+
+/// The models of each input from best to worst, as text.
+fn ranking(reports: &Reports) -> String {
+    let mut text = String::from("\nranking:\n");
+    for rank in &reports.ranking {
+        if let Some(report) = reports.reports.get(rank.index) {
+            text +=
+                &format!("  {} {:.6}  {}  {}\n", rank.criterion, rank.value, report.data.path, report.model);
+        }
+    }
+    for failure in &reports.failed {
+        text += &format!("  failed: {}\n", failure.error);
+    }
+    text
+}
+
+/// The files that reports are written to.
+enum Outputs {
+    None,
+    /// Everything in one file.
+    One(Option<Output>),
+    /// One per input.
+    Folder(Vec<Option<Output>>),
+}
+
+impl Outputs {
+    fn open(arguments: &Arguments) -> Result<Self, Error> {
+        let Some(path) = arguments.report.file() else { return Ok(Self::None) };
+        let asked_for_folder = path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR);
+        if !path.is_dir() && !asked_for_folder {
+            return Ok(Self::One(Some(Output::open(path)?)));
+        }
+        std::fs::create_dir_all(path).map_err(Error::write(path))?;
+        let mut taken = HashSet::new();
+        let mut outputs = Vec::new();
+        for input in &arguments.inputs {
+            let stem =
+                input.file_stem().map_or_else(|| "report".into(), |s| s.to_string_lossy().into_owned());
+            // Inputs of the same name from several folders are told apart by a number.
+            let name = (1..)
+                .map(|n| if n == 1 { stem.clone() } else { format!("{stem}-{n}") })
+                .find(|name| taken.insert(name.clone()))
+                .unwrap_or(stem);
+            outputs.push(Some(Output::open(&path.join(format!("{name}.json")))?));
+        }
+        Ok(Self::Folder(outputs))
+    }
+
+    /// Writes the reports of one input, where each has its own file.
+    fn input_done(&mut self, index: usize, reports: &[Report]) -> Result<(), Error> {
+        let Self::Folder(outputs) = self else { return Ok(()) };
+        let Some(output) = outputs.get_mut(index).and_then(Option::take) else { return Ok(()) };
+        let text = match reports {
+            [only] => json(only)?,
+            several => json(&Reports::new(several.to_vec(), Vec::new()))?,
+        };
+        output.commit(text.as_bytes())
+    }
+
+    /// Writes everything, where that is one file.
+    fn all_done(&mut self, text: &str) -> Result<(), Error> {
+        match self {
+            Self::One(output) => output.take().map_or(Ok(()), |output| output.commit(text.as_bytes())),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! `brdfit info`: what a file holds.
+
+use super::input::ReadArguments;
+use super::output::json;
+use super::{Outcome, say};
+use brdfit::Error;
+use brdfit::measurement::formats::genuine_merl;
+use brdfit::measurement::{ALBEDO_LIMIT_DEG, Coverage, Measurement, coverage};
+use clap::Args;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Arguments of `brdfit info`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Measurement: MERL .binary, Cornell text, or CSV
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
+    /// JSON instead of the table
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    read: ReadArguments,
+}
+
+#[derive(Serialize)]
+struct InfoRecord {
+    schema: &'static str,
+    path: String,
+    format: &'static str,
+    sha256: String,
+    /// The material, if the file is one of the MERL database, byte for byte.
+    genuine_merl: Option<&'static str>,
+    channels: Vec<ChannelRecord>,
+    wavelengths_nm: Option<Vec<f64>>,
+    has_sigma: bool,
+    samples: usize,
+    usable: usize,
+    dropped: BTreeMap<&'static str, usize>,
+    theta_i_deg: Option<[f64; 2]>,
+    theta_o_deg: Option<[f64; 2]>,
+    theta_h_deg: Option<[f64; 2]>,
+    incidence_angles: Option<usize>,
+    in_plane: bool,
+    /// Relative root mean square difference of swapped pairs, and their number.
+    reciprocity: Option<ReciprocityRecord>,
+}
+
+#[derive(Serialize)]
+struct ReciprocityRecord {
+    relative_rms: f64,
+    pairs: usize,
+}
+
+#[derive(Serialize)]
+struct ChannelRecord {
+    name: String,
+    /// Smallest and largest f, 1/sr.
+    range: Option<[f64; 2]>,
+    negative: usize,
+    /// Directional albedo averaged over incidence up to 60 degrees; grids only.
+    albedo: Option<f64>,
+}
+
+/// Runs the subcommand.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let measurement = arguments.read.read(&arguments.input)?;
+    if measurement.directions.is_empty() {
+        let reasons: Vec<String> = measurement.dropped.iter().map(|(why, n)| format!("{n} {why}")).collect();
+        let reason = if reasons.is_empty() { "the file is empty".to_owned() } else { reasons.join(", ") };
+        return Err(Error::NoSamples { path: arguments.input.clone(), reason });
+    }
+    let record = record(&measurement, &coverage(&measurement));
+    say(&if arguments.json { json(&record)? } else { text(&record) })?;
+    Ok(Outcome::Good)
+}
+
+fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
+    let range = |(low, high): (f64, f64)| (low <= high).then_some([low, high]);
+    let wavelengths: Vec<f64> = measurement.channels.iter().filter_map(|c| c.wavelength_nm).collect();
+    let channels = measurement.channels.iter().enumerate().map(|(index, channel)| ChannelRecord {
+        name: channel.name.clone(),
+        range: coverage.range.get(index).copied().and_then(range),
+        negative: coverage.negative.get(index).copied().unwrap_or(0),
+        albedo: coverage.albedo.as_ref().and_then(|a| a.get(index).copied()),
+    });
+    InfoRecord {
+        schema: "brdfit.info/1",
+        path: measurement.source.path.display().to_string(),
+        format: measurement.source.format,
+        sha256: measurement.source.sha256.clone(),
+        genuine_merl: genuine_merl::material(&measurement.source.sha256),
+        channels: channels.collect(),
+        wavelengths_nm: (wavelengths.len() == measurement.channels.len()).then_some(wavelengths),
+        has_sigma: measurement.sigma.is_some(),
+        samples: measurement.total(),
+        usable: measurement.directions.len(),
+        dropped: measurement.dropped.clone(),
+        theta_i_deg: range(coverage.theta_i_deg),
+        theta_o_deg: range(coverage.theta_o_deg),
+        theta_h_deg: range(coverage.theta_h_deg),
+        incidence_angles: coverage.incidence_angles,
+        in_plane: coverage.in_plane,
+        reciprocity: coverage
+            .reciprocity
+            .map(|(relative_rms, pairs)| ReciprocityRecord { relative_rms, pairs }),
+    }
+}
+
+fn text(r: &InfoRecord) -> String {
+    let mut text = format!("{}\nformat       {}\nSHA-256      {}\n", r.path, r.format, r.sha256);
+    if let Some(material) = r.genuine_merl {
+        text += &format!("             genuine MERL {material}\n");
+    } else if r.format == "merl" {
+        text += "             not one of the 100 files of the MERL database\n";
+    }
+    let dropped: Vec<String> = r.dropped.iter().map(|(why, n)| format!("{n} {why}")).collect();
+    let dropped =
+        if dropped.is_empty() { String::new() } else { format!("; left out: {}", dropped.join(", ")) };
+    text += &format!("samples      {} of {}{dropped}\n", r.usable, r.samples);
+    let degrees = |range: Option<[f64; 2]>| {
+        range.map_or_else(|| "-".to_owned(), |[low, high]| format!("{low:.2}..{high:.2} deg"))
+    };
+    text += &format!("theta_i      {}", degrees(r.theta_i_deg));
+    text += &r.incidence_angles.map_or_else(String::new, |n| format!(", {n} different"));
+    text += &format!("\ntheta_o      {}\ntheta_h      {}\n", degrees(r.theta_o_deg), degrees(r.theta_h_deg));
+    text += &format!("in plane     {}\n", if r.in_plane { "yes" } else { "no" });
+    text += &format!("sigma        {}\n", if r.has_sigma { "given" } else { "not given" });
+    text += &match &r.reciprocity {
+        Some(p) => {
+            format!("reciprocity  {:.2} % rms over {} swapped pairs\n", 100.0 * p.relative_rms, p.pairs)
+        }
+        None if r.format == "merl" => "reciprocity  assumed by the table\n".to_owned(),
+        None => "reciprocity  no pair of directions was measured both ways\n".to_owned(),
+    };
+    text += &format!("\n{:<10} {:>12} {:>12} {:>9}", "channel", "smallest", "largest", "negative");
+    let albedo = r.channels.iter().any(|c| c.albedo.is_some());
+    text += &if albedo {
+        format!(" {:>16}\n", format!("albedo to {ALBEDO_LIMIT_DEG} deg"))
+    } else {
+        "\n".to_owned()
+    };
+    for c in &r.channels {
+        let [low, high] = c.range.unwrap_or([f64::NAN; 2]);
+        text += &format!("{:<10} {low:>12.6} {high:>12.6} {:>9}", c.name, c.negative);
+        text += &c.albedo.map_or_else(String::new, |a| format!(" {a:>16.4}"));
+        text += "\n";
+    }
+    text
+}

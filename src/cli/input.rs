@@ -1,0 +1,139 @@
+//! Options that say how a measurement is read and which samples count.
+
+use brdfit::Error;
+use brdfit::fit::Metric;
+use brdfit::measurement::formats::{BinPosition, ReadOptions, read};
+use brdfit::measurement::{Filters, Measurement, Weighting};
+use clap::Args;
+use clap::ValueEnum;
+use std::path::Path;
+
+/// How a file is read.
+#[derive(Args)]
+pub struct ReadArguments {
+    /// Format of the input; by default recognised by its content
+    #[arg(long, value_name = "NAME")]
+    format: Option<String>,
+    /// What the values of a MERL table stand for
+    #[arg(long, value_enum, default_value_t = Bins::Center, value_name = "WHERE")]
+    merl_bins: Bins,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Bins {
+    /// The centre of the bin
+    Center,
+    /// Its lower edge
+    Edge,
+}
+
+impl ReadArguments {
+    /// Name of the bin convention, for the report.
+    pub fn merl_bins(&self) -> &'static str {
+        match self.merl_bins {
+            Bins::Center => "center",
+            Bins::Edge => "edge",
+        }
+    }
+
+    /// Reads a measurement.
+    pub fn read(&self, path: &Path) -> Result<Measurement, Error> {
+        let merl_bins = match self.merl_bins {
+            Bins::Center => BinPosition::Center,
+            Bins::Edge => BinPosition::Edge,
+        };
+        read(path, self.format.as_deref(), &ReadOptions { merl_bins })
+    }
+}
+
+/// Which samples count, and what is compared.
+#[derive(Args)]
+pub struct SampleArguments {
+    /// What is compared: f cos(theta_i), its logarithm ln(1 + x), or its cube root
+    #[arg(long, value_enum, default_value_t = MetricName::Cbrt)]
+    metric: MetricName,
+    /// Weights of the samples; by default solid-angle on MERL grids, uniform elsewhere
+    #[arg(long, value_enum)]
+    weights: Option<Weights>,
+    /// Largest angle of incidence and viewing, degrees, inclusive
+    #[arg(long, default_value_t = 80.0, value_name = "DEG")]
+    max_theta: f64,
+    /// Use only so many samples, drawn evenly; `all` for every one
+    #[arg(long, value_parser = sample_count, default_value = "all", value_name = "N|all")]
+    samples: SampleCount,
+    /// Seed of every random choice
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    seed: u64,
+}
+
+/// A number of samples, or all.
+#[derive(Clone, Copy)]
+pub struct SampleCount(Option<usize>);
+
+fn sample_count(text: &str) -> Result<SampleCount, String> {
+    match text.parse() {
+        _ if text == "all" => Ok(SampleCount(None)),
+        Ok(n) if n > 0 => Ok(SampleCount(Some(n))),
+        _ => Err("expected a whole number of at least 1, or 'all'".to_owned()),
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MetricName {
+    L2,
+    Log,
+    Cbrt,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Weights {
+    SolidAngle,
+    Uniform,
+    Sigma,
+}
+
+impl SampleArguments {
+    /// The metric.
+    pub fn metric(&self) -> Metric {
+        match self.metric {
+            MetricName::L2 => Metric::L2,
+            MetricName::Log => Metric::Log,
+            MetricName::Cbrt => Metric::Cbrt,
+        }
+    }
+
+    /// The seed.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The number of samples, if limited.
+    pub fn samples(&self) -> Option<usize> {
+        self.samples.0
+    }
+
+    /// The filters.
+    pub fn filters(&self) -> Result<Filters, Error> {
+        Ok(Filters {
+            max_theta_deg: checked_max_theta(self.max_theta)?,
+            weighting: self.weights.map(|weights| match weights {
+                Weights::SolidAngle => Weighting::SolidAngle,
+                Weights::Uniform => Weighting::Uniform,
+                Weights::Sigma => Weighting::Sigma,
+            }),
+            samples: self.samples.0,
+            seed: self.seed,
+        })
+    }
+}
+
+/// An angle that leaves some directions above the horizon.
+pub fn checked_max_theta(degrees: f64) -> Result<f64, Error> {
+    if degrees > 0.0 && degrees <= 90.0 {
+        Ok(degrees)
+    } else {
+        Err(Error::Usage(format!(
+            "--max-theta: expected more than 0 and at most 90 degrees, found {degrees}"
+        )))
+    }
+}

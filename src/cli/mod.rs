@@ -1,0 +1,115 @@
+//! Subcommands, one file each, and what they share.
+//!
+//! To add a subcommand: copy the file of the one most like it, and add one line to `subcommands!` below.
+
+mod evaluate;
+mod fit;
+mod info;
+mod input;
+mod models;
+mod output;
+mod progress;
+mod settings;
+mod synth;
+
+use brdfit::Error;
+use clap::{Parser, Subcommand};
+use std::io::Write as _;
+use std::process::ExitCode;
+
+/// Exit code of a fit that is not usable, or of several inputs some of which failed.
+const NOT_USABLE: u8 = 1;
+/// Exit code of bad usage or bad input.
+const BAD_INPUT: u8 = 2;
+
+/// Fits analytic BRDF models to measured reflectance, and says how sure it is.
+#[derive(Parser)]
+#[command(name = "brdfit", version, allow_negative_numbers = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// What a subcommand ends with.
+enum Outcome {
+    Good,
+    NotUsable,
+}
+
+/// Makes the set of subcommands from one line each: the module's `Arguments` and `run`.
+macro_rules! subcommands {
+    ($($(#[$doc:meta])* $name:ident: $module:ident),* $(,)?) => {
+        #[derive(Subcommand)]
+        enum Command { $($(#[$doc])* $name($module::Arguments)),* }
+
+        fn run(command: &Command) -> Result<Outcome, Error> {
+            match command { $(Command::$name(arguments) => $module::run(arguments)),* }
+        }
+    };
+}
+
+subcommands! {
+    /// Fit models to measurements
+    Fit: fit,
+    /// Score given parameters, without a fit
+    Evaluate: evaluate,
+    /// List the models: parameters, bounds, units, references
+    Models: models,
+    /// Show what a file holds
+    Info: info,
+    /// Make a synthetic measurement
+    Synth: synth,
+}
+
+/// Runs the command line; every message of the program is printed here or in a subcommand's own table.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) if error.use_stderr() => {
+            complain(&one_line(&error.to_string()));
+            return ExitCode::from(BAD_INPUT);
+        }
+        Err(help) => {
+            // Help and version, asked for; a closed pipe is nobody's error.
+            let _ = write!(std::io::stdout(), "{help}");
+            return ExitCode::SUCCESS;
+        }
+    };
+    match run(&arguments.command) {
+        Ok(Outcome::Good) => ExitCode::SUCCESS,
+        Ok(Outcome::NotUsable) => ExitCode::from(NOT_USABLE),
+        Err(error) => {
+            complain(&error.to_string());
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// One line on standard error.
+fn complain(message: &str) {
+    let message = message.strip_prefix("error: ").unwrap_or(message).replace(['\n', '\r'], " ");
+    // Where standard error is closed there is nobody to tell.
+    let _ = writeln!(std::io::stderr(), "error: {message}");
+}
+
+/// Prints to standard output; a closed pipe (`brdfit models | head`) ends quietly.
+fn say(text: &str) -> Result<(), Error> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::write("standard output".as_ref())(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The parser's message without its usage and hints, in one line.
+fn one_line(message: &str) -> String {
+    let lines = message
+        .lines()
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
+        .map(str::trim)
+        .filter(|line| !line.is_empty());
+    let joined = lines.collect::<Vec<_>>().join(" ");
+    if joined.contains("--help") { joined } else { format!("{joined} (see brdfit --help)") }
+}

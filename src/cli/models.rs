@@ -1,0 +1,167 @@
+//! `brdfit models`: the zoo.
+
+use super::output::json;
+use super::{Outcome, say};
+use brdfit::Error;
+use brdfit::model::{AnyModel, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
+use clap::Args;
+use serde::Serialize;
+
+/// Arguments of `brdfit models`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Only this model
+    #[arg(value_name = "NAME")]
+    name: Option<String>,
+    /// JSON instead of the table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct ModelRecord {
+    name: &'static str,
+    summary: &'static str,
+    reference: &'static str,
+    options: Vec<OptionRecord>,
+    /// Of every variant; a parameter that only some variants have names their choices.
+    parameters: Vec<ParameterRecord>,
+}
+
+#[derive(Serialize)]
+struct OptionRecord {
+    key: &'static str,
+    summary: &'static str,
+    values: Vec<&'static str>,
+    default: &'static str,
+}
+
+#[derive(Serialize)]
+struct ParameterRecord {
+    name: &'static str,
+    summary: &'static str,
+    unit: &'static str,
+    bounds: [f64; 2],
+    initial: f64,
+    role: &'static str,
+    sharing: &'static str,
+    fixed_by_default: bool,
+    /// Choices that it comes with; null for all.
+    only_with: Option<Vec<String>>,
+}
+
+/// Runs the subcommand.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let chosen: Vec<&ModelEntry> = match &arguments.name {
+        None => REGISTRY.iter().collect(),
+        Some(name) => {
+            let names: Vec<&str> = REGISTRY.iter().map(|entry| entry.name).collect();
+            let entry = REGISTRY.iter().find(|entry| entry.name == name).ok_or_else(|| {
+                Error::Usage(format!("model: expected one of {}, found '{name}'", names.join(", ")))
+            })?;
+            vec![entry]
+        }
+    };
+    let records: Vec<ModelRecord> = chosen.into_iter().map(record).collect();
+    if arguments.json {
+        say(&json(&records)?)?;
+    } else {
+        say(&records.iter().map(text).collect::<Vec<_>>().join("\n"))?;
+    }
+    Ok(Outcome::Good)
+}
+
+fn record(entry: &ModelEntry) -> ModelRecord {
+    let options: Vec<OptionRecord> = entry
+        .options
+        .iter()
+        .map(|o| OptionRecord { key: o.key, summary: o.summary, values: (o.values)(), default: o.default })
+        .collect();
+    let variants: Vec<(Vec<ParamSpec>, Vec<String>)> = entry
+        .variants()
+        .into_iter()
+        .map(|(model, choices): (AnyModel, _)| {
+            let chosen = options.iter().map(|o| format!("{}={}", o.key, choices.get(o.key))).collect();
+            (model.parameters(), chosen)
+        })
+        .collect();
+    // A parameter counts as another if it is declared otherwise: ks is fixed with some choices only.
+    let mut parameters: Vec<(ParamSpec, usize, Vec<String>)> = Vec::new();
+    for (specs, chosen) in &variants {
+        for spec in specs {
+            let same = |p: &&mut (ParamSpec, usize, Vec<String>)| {
+                p.0.name == spec.name && p.0.fixed == spec.fixed && p.0.role == spec.role
+            };
+            match parameters.iter_mut().find(same) {
+                Some((_, count, common)) => {
+                    *count += 1;
+                    common.extend(chosen.iter().filter(|c| !common.contains(c)).cloned().collect::<Vec<_>>());
+                }
+                None => parameters.push((spec.clone(), 1, chosen.clone())),
+            }
+        }
+    }
+    let all = variants.len();
+    let parameters = parameters
+        .into_iter()
+        .map(|(spec, count, present)| {
+            // Of the choices that it occurs with, those whose option does not occur with every value.
+            let telling = |choice: &String| {
+                options.iter().any(|o| {
+                    choice.starts_with(&format!("{}=", o.key))
+                        && o.values.iter().any(|v| !present.contains(&format!("{}={v}", o.key)))
+                })
+            };
+            ParameterRecord {
+                name: spec.name,
+                summary: spec.summary,
+                unit: spec.unit.symbol(),
+                bounds: [spec.bounds.0, spec.bounds.1],
+                initial: spec.initial,
+                role: if spec.role == Role::Shape { "shape" } else { "amplitude" },
+                sharing: if spec.sharing == Sharing::Shared { "shared" } else { "per channel" },
+                fixed_by_default: spec.fixed,
+                only_with: (count < all).then(|| present.iter().filter(|c| telling(c)).cloned().collect()),
+            }
+        })
+        .collect();
+    ModelRecord { name: entry.name, summary: entry.summary, reference: entry.reference, options, parameters }
+}
+
+fn text(record: &ModelRecord) -> String {
+    let mut text = format!("{}: {}\n", record.name, record.summary);
+    for option in &record.options {
+        text += &format!(
+            "  {} = {}  ({}; {} by default)\n",
+            option.key,
+            option.values.join(" | "),
+            option.summary,
+            option.default
+        );
+    }
+    for p in &record.parameters {
+        let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+        let fixed =
+            if p.fixed_by_default { format!(", fixed at {} unless freed", p.initial) } else { String::new() };
+        let only = p.only_with.as_ref().map_or_else(String::new, |c| format!(", with {}", c.join(" or ")));
+        text += &format!(
+            "  {:<7} {}..{}{unit}  {} ({}, {}{fixed}{only})\n",
+            p.name,
+            range_end(p.bounds[0]),
+            range_end(p.bounds[1]),
+            p.summary,
+            p.role,
+            p.sharing
+        );
+    }
+    text + &format!("  {}\n", record.reference)
+}
+
+/// A bound as people write it.
+fn range_end(value: f64) -> String {
+    if value != 0.0 && (value.abs() < 1e-3 || value.abs() >= 1e5) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
+    }
+}

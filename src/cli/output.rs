@@ -1,0 +1,74 @@
+//! Files that are written whole or not at all.
+
+use brdfit::Error;
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// A file to be written: opened before the long work, so that a path that cannot be written shows at
+/// once; put in place after it.
+pub enum Output {
+    /// A regular file, by way of a temporary one beside it.
+    Whole(NamedTempFile, PathBuf),
+    /// A device or a pipe, which cannot be replaced.
+    Direct(File, PathBuf),
+}
+
+impl Output {
+    /// Prepares to write to `path`.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let special = fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir());
+        if special {
+            let file = File::options().write(true).open(path).map_err(Error::write(path))?;
+            return Ok(Self::Direct(file, path.to_owned()));
+        }
+        if path.is_dir() {
+            return Err(Error::Usage(format!(
+                "{}: expected a file to write, found a folder",
+                path.display()
+            )));
+        }
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".brdfit-");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            // Like any new file; the user's mask takes its share.
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let temporary = builder.tempfile_in(folder).map_err(Error::write(path))?;
+        Ok(Self::Whole(temporary, path.to_owned()))
+    }
+
+    /// Writes everything and puts the file in place.
+    pub fn commit(self, bytes: &[u8]) -> Result<(), Error> {
+        match self {
+            Self::Direct(mut file, path) => {
+                match file.write_all(bytes).and_then(|()| file.flush()) {
+                    // A reader that has heard enough is nobody's error.
+                    Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                        Err(Error::write(&path)(error))
+                    }
+                    _ => Ok(()),
+                }
+            }
+            Self::Whole(mut file, path) => {
+                file.write_all(bytes).map_err(Error::write(&path))?;
+                file.persist(&path).map_err(|e| Error::write(&path)(e.error))?;
+                Ok(())
+            }
+        }
+    }
+}
+
+/// JSON as it is written to files and to standard output.
+pub fn json(value: &impl serde::Serialize) -> Result<String, Error> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|e| Error::Usage(format!("the report cannot be written as JSON: {e}")))?;
+    Ok(text + "\n")
+}

@@ -1,0 +1,167 @@
+//! `brdfit synth`: makes a synthetic measurement.
+
+use super::input::checked_max_theta;
+use super::output::Output;
+use super::settings::values;
+use super::{Outcome, say};
+use brdfit::Error;
+use brdfit::fit::{ParameterTable, Setting, Settings};
+use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
+use brdfit::measurement::formats::{ReadOptions, merl, read_directions};
+use brdfit::model::Expression;
+use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Arguments of `brdfit synth`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Model expression
+    #[arg(short, long = "model", value_name = "EXPR")]
+    model: String,
+    /// Values of parameters, P=V; P.r=V, P.g=V ... make channels r, g ...
+    #[arg(long, value_name = "P=V", num_args = 1..)]
+    set: Vec<String>,
+    #[command(flatten)]
+    place: Place,
+    /// Largest angle of incidence and viewing, degrees, with --directions
+    #[arg(long, default_value_t = 80.0, value_name = "DEG")]
+    max_theta: f64,
+    /// Noise relative to the value
+    #[arg(long, default_value_t = 0.0, value_name = "REL")]
+    noise: f64,
+    /// Noise in 1/sr
+    #[arg(long, default_value_t = 0.0, value_name = "S")]
+    noise_abs: f64,
+    /// Seed of directions and noise
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    seed: u64,
+    /// File to write: CSV, or a MERL table with --grid merl; '-' for standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// Where to evaluate.
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+struct Place {
+    /// A full table
+    #[arg(long, value_enum)]
+    grid: Option<Grid>,
+    /// So many random pairs of directions, half of them near the mirror direction
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=100_000_000))]
+    directions: Option<usize>,
+    /// The directions of a CSV file or another measurement
+    #[arg(long, value_name = "FILE")]
+    at: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Grid {
+    Merl,
+}
+
+/// Runs the subcommand.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let expression = Expression::parse(&arguments.model)?;
+    let settings = values("--set", &arguments.set, Setting::Set)?;
+    for (option, value) in [("--noise", arguments.noise), ("--noise-abs", arguments.noise_abs)] {
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(Error::Usage(format!("{option}: expected 0 or more, found {value}")));
+        }
+    }
+    let max_theta = checked_max_theta(arguments.max_theta)?;
+    let noise = Noise { relative: arguments.noise, absolute: arguments.noise_abs };
+    let on_grid = arguments.place.grid == Some(Grid::Merl);
+    let channels = channels(&settings, on_grid)?;
+    let table = ParameterTable::new(&expression, &channels, on_grid, &settings)?;
+
+    let to_stdout = arguments.output.as_os_str() == "-";
+    if on_grid && to_stdout {
+        return Err(Error::Usage(
+            "--grid merl: expected -o FILE, found '-': a MERL table is binary".to_owned(),
+        ));
+    }
+    let output = if to_stdout { None } else { Some(Output::open(&arguments.output)?) };
+    let bytes = if on_grid {
+        merl_table(arguments, &expression, &table, noise)?
+    } else {
+        let pairs = match (&arguments.place.at, arguments.place.directions) {
+            (Some(path), _) => read_directions(path, &ReadOptions::default())?,
+            (None, n) => scattered_directions(n.unwrap_or(0), max_theta, arguments.seed),
+        };
+        scattered_table(arguments, &expression, &table, noise, pairs)?.into_bytes()
+    };
+    match output {
+        Some(output) => output.commit(&bytes)?,
+        None => say(&String::from_utf8_lossy(&bytes))?,
+    }
+    Ok(Outcome::Good)
+}
+
+/// The channels that the settings name; r, g, b on a MERL grid; one called f without any.
+fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error> {
+    let mut named: Vec<String> = Vec::new();
+    for (selector, _) in settings {
+        if let Some(channel) = selector.channel_if_any()
+            && !named.contains(&channel)
+        {
+            named.push(channel);
+        }
+    }
+    if on_grid {
+        let rgb = ["r", "g", "b"].map(str::to_owned);
+        if let Some(other) = named.iter().find(|name| !rgb.contains(name)) {
+            return Err(Error::Usage(format!("--grid merl: expected channels r, g and b, found '{other}'")));
+        }
+        return Ok(rgb.to_vec());
+    }
+    Ok(if named.is_empty() { vec!["f".to_owned()] } else { named })
+}
+
+fn merl_table(
+    arguments: &Arguments,
+    expression: &Expression,
+    table: &ParameterTable,
+    noise: Noise,
+) -> Result<Vec<u8>, Error> {
+    let grid = Arc::new(HalfDifferenceGrid::merl(0.5));
+    let cells: Vec<u32> = (0_u32..)
+        .take(HalfDifferenceGrid::CELLS)
+        .filter(|cell| {
+            let geometry = grid.geometry(*cell);
+            geometry.cos_i() > 0.0 && geometry.cos_o() > 0.0
+        })
+        .collect();
+    let directions = Directions::Grid { grid, cells: cells.clone() };
+    let synthetic = measurement(expression, table, directions, noise, arguments.seed);
+    let [red, green, blue] = synthetic.values.as_slice() else {
+        return Err(Error::Usage("--grid merl: expected three channels".to_owned()));
+    };
+    merl::encode(&arguments.output, |cell| {
+        let index = cells.binary_search(&cell).ok()?;
+        Some([*red.get(index)?, *green.get(index)?, *blue.get(index)?])
+    })
+}
+
+fn scattered_table(
+    arguments: &Arguments,
+    expression: &Expression,
+    table: &ParameterTable,
+    noise: Noise,
+    pairs: Vec<Pair>,
+) -> Result<String, Error> {
+    let synthetic = measurement(expression, table, Directions::Scattered(pairs), noise, arguments.seed);
+    let mut comments = vec![format!("brdfit synth {}", expression.canonical())];
+    if !arguments.set.is_empty() {
+        comments.push(format!("set {}", arguments.set.join(" ")));
+    }
+    if noise.any() {
+        let (relative, absolute) = (noise.relative, noise.absolute);
+        comments
+            .push(format!("noise {relative} relative, {absolute} 1/sr absolute, seed {}", arguments.seed));
+    }
+    comments.push("angles in degrees, values in 1/sr".to_owned());
+    csv(&synthetic, &comments)
+}

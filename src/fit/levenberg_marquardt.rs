@@ -1,0 +1,517 @@
+//! Levenberg-Marquardt within bounds, as a solver for argmin.
+//!
+//! Each step minimises the damped linear model |J p + r|^2 + lambda |D p|^2 over all p that stay within
+//! the bounds. D holds the largest column norms of J seen so far (More 1978), which makes the steps
+//! independent of the parameters' units; lambda follows the agreement of the model with the true cost
+//! (Nielsen 1999). The step is solved by a QR factorisation of (J; sqrt(lambda) D), never by the normal
+//! equations, which would halve the digits. Bounds are an active set on the linear model: parameters that
+//! would leave are held at their bound, and let go once the model wants them back.
+
+use super::least_squares::{LeastSquares, Linearisation};
+use crate::error::Error;
+use argmin::core::observers::{Observe, ObserverMode};
+use argmin::core::{Executor, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Why a fit stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Termination {
+    /// The last step changed no parameter noticeably.
+    ConvergedStep,
+    /// The linear model promises no noticeable decrease of the cost.
+    ConvergedCost,
+    /// The residuals are orthogonal to every free parameter's effect.
+    ConvergedGradient,
+    /// No step, however short, lowers the cost, though the linear model says that one should.
+    Stalled,
+    /// The allowed number of iterations was used up.
+    IterationLimit,
+    /// The user asked to stop.
+    Interrupted,
+    /// The allowed time was used up.
+    Timeout,
+    /// The cost is not finite at the start.
+    Invalid,
+}
+
+impl Termination {
+    /// Name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ConvergedStep => "converged-step",
+            Self::ConvergedCost => "converged-cost",
+            Self::ConvergedGradient => "converged-gradient",
+            Self::Stalled => "stalled",
+            Self::IterationLimit => "iteration-limit",
+            Self::Interrupted => "interrupted",
+            Self::Timeout => "timeout",
+            Self::Invalid => "invalid",
+        }
+    }
+
+    /// Whether a minimum was reached.
+    #[must_use]
+    pub fn converged(self) -> bool {
+        matches!(self, Self::ConvergedStep | Self::ConvergedCost | Self::ConvergedGradient)
+    }
+}
+
+/// When to call a minimum reached. All are relative and dimensionless.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerances {
+    /// Step length against the length of the parameter vector, in units of D.
+    pub step: f64,
+    /// Decrease that the linear model promises against the cost.
+    pub cost: f64,
+    /// Cosine between the residuals and each column of the Jacobian.
+    pub gradient: f64,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Self { step: 1e-11, cost: 1e-14, gradient: 1e-11 }
+    }
+}
+
+/// A request to stop that may come from a signal handler or another thread.
+pub type StopSignal = Arc<AtomicBool>;
+
+/// Called with the number of the iteration and its cost.
+pub type Observer = Arc<dyn Fn(u64, f64) + Send + Sync>;
+
+/// What ends a fit before it has converged, and who hears of its iterations.
+#[derive(Clone)]
+pub struct Limits {
+    /// Most iterations.
+    pub iterations: u64,
+    /// Set to true to stop.
+    pub stop: Option<StopSignal>,
+    /// The moment to stop at.
+    pub deadline: Option<Instant>,
+    /// Hears of each iteration.
+    pub observer: Option<Observer>,
+}
+
+impl Limits {
+    /// Only a number of iterations.
+    #[must_use]
+    pub fn iterations(iterations: u64) -> Self {
+        Self { iterations, stop: None, deadline: None, observer: None }
+    }
+}
+
+/// The end of a minimisation.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// The best parameters.
+    pub x: DVector<f64>,
+    /// Their sum of squares.
+    pub cost: f64,
+    /// The linear model there.
+    pub linearisation: Linearisation,
+    /// Why it stopped.
+    pub termination: Termination,
+    /// Iterations.
+    pub iterations: u64,
+    /// Evaluations of the problem.
+    pub evaluations: u64,
+}
+
+/// The solver; see the module documentation.
+#[derive(Clone)]
+pub struct LevenbergMarquardt {
+    tolerances: Tolerances,
+    limits: Limits,
+    bounds: Vec<(f64, f64)>,
+    lambda: f64,
+    /// Factor of the next increase of lambda.
+    growth: f64,
+    /// D: largest column norms so far.
+    scale: DVector<f64>,
+    /// Cost that is nothing but rounding.
+    cost_floor: f64,
+    current: Option<(DVector<f64>, Linearisation)>,
+    termination: Option<Termination>,
+}
+
+/// The state that argmin keeps for the solver.
+type LmState = IterState<DVector<f64>, (), (), (), (), f64>;
+
+/// Name under which argmin counts evaluations.
+const EVALUATIONS: &str = "linearise_count";
+
+/// Beyond this damping a step is shorter than rounding.
+const LAMBDA_LIMIT: f64 = 1e20;
+/// Below this damping makes no difference, but keeps a rank-deficient model solvable.
+const LAMBDA_FLOOR: f64 = 1e-16;
+
+impl LevenbergMarquardt {
+    /// A solver within `bounds`.
+    #[must_use]
+    pub fn new(bounds: Vec<(f64, f64)>, tolerances: Tolerances, limits: Limits) -> Self {
+        let scale = DVector::zeros(bounds.len());
+        Self {
+            tolerances,
+            limits,
+            bounds,
+            lambda: 1e-3,
+            growth: 2.0,
+            scale,
+            cost_floor: 0.0,
+            current: None,
+            termination: None,
+        }
+    }
+
+    fn update_scale(&mut self, jacobian: &DMatrix<f64>) {
+        for (scale, column) in self.scale.iter_mut().zip(jacobian.column_iter()) {
+            *scale = scale.max(column.norm());
+        }
+    }
+
+    /// D with 1 for parameters that have had no effect yet.
+    fn effective_scale(&self) -> DVector<f64> {
+        self.scale.map(|s| if s > 0.0 { s } else { 1.0 })
+    }
+
+    /// Whether the gradient pushes parameter `j` at `x` out of its bounds, or nowhere.
+    fn held(&self, j: usize, x: f64, gradient: f64) -> bool {
+        self.bounds
+            .get(j)
+            .is_some_and(|&(lower, upper)| (x <= lower && gradient >= 0.0) || (x >= upper && gradient <= 0.0))
+    }
+
+    /// Largest cosine between the residuals and the column of a parameter that is free to move.
+    fn largest_cosine(&self, x: &DVector<f64>, model: &Linearisation) -> f64 {
+        let gradient = model.jacobian.tr_mul(&model.residual);
+        let length = model.cost.sqrt();
+        gradient
+            .iter()
+            .zip(model.jacobian.column_iter())
+            .zip(x.iter())
+            .enumerate()
+            .filter(|(j, ((g, _), x))| !self.held(*j, **x, **g))
+            .map(|(_, ((g, column), _))| {
+                let norm = column.norm() * length;
+                if norm > 0.0 { g.abs() / norm } else { 0.0 }
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// Tries one step. Returns the next point, or why there is none.
+    fn step(
+        &mut self,
+        x: &DVector<f64>,
+        model: &Linearisation,
+        mut evaluate: impl FnMut(&DVector<f64>) -> Result<Linearisation, argmin::core::Error>,
+    ) -> Result<Option<(DVector<f64>, Linearisation)>, argmin::core::Error> {
+        let scale = self.effective_scale();
+        let room: Vec<(f64, f64)> =
+            self.bounds.iter().zip(x.iter()).map(|(&(lower, upper), x)| (lower - x, upper - x)).collect();
+        let p = bounded_step(model, &scale, self.lambda, &room);
+        let effect = &model.jacobian * &p;
+        let predicted = -(2.0 * effect.dot(&model.residual) + effect.norm_squared());
+
+        let step_length = p.component_mul(&scale).norm();
+        let length = x.component_mul(&scale).norm();
+        if !p.iter().all(|v| v.is_finite()) {
+            self.lambda *= 10.0;
+            return Ok(None);
+        }
+        if step_length <= self.tolerances.step * (length + self.tolerances.step) {
+            // Strong damping shortens steps too; only a step that is short by itself counts.
+            if self.lambda <= 1.0 {
+                self.termination = Some(Termination::ConvergedStep);
+            } else {
+                self.termination = Some(Termination::Stalled);
+            }
+            return Ok(None);
+        }
+        let promise_is_small = predicted <= (self.tolerances.cost * model.cost).max(self.cost_floor);
+
+        let mut trial = x + &p;
+        for (value, &(lower, upper)) in trial.iter_mut().zip(&self.bounds) {
+            *value = value.clamp(lower, upper);
+        }
+        let next = evaluate(&trial)?;
+        let gain = model.cost - next.cost;
+        // Not `gain <= 0`: a cost that is NaN is no gain either.
+        if !(next.cost.is_finite() && gain > 0.0) {
+            if promise_is_small && self.lambda <= 1.0 {
+                self.termination = Some(Termination::ConvergedCost);
+            }
+            self.lambda *= self.growth;
+            self.growth *= 2.0;
+            if self.lambda > LAMBDA_LIMIT {
+                self.termination = Some(Termination::Stalled);
+            }
+            return Ok(None);
+        }
+        let ratio = if predicted > 0.0 { gain / predicted } else { 1.0 };
+        let shrink = (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(0.1, 2.0);
+        self.lambda = (self.lambda * shrink).max(LAMBDA_FLOOR);
+        self.growth = 2.0;
+        if promise_is_small && self.lambda <= 1.0 {
+            self.termination = Some(Termination::ConvergedCost);
+        }
+        Ok(Some((trial, next)))
+    }
+}
+
+impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
+    fn name(&self) -> &'static str {
+        "Levenberg-Marquardt within bounds"
+    }
+
+    fn init(
+        &mut self,
+        problem: &mut Problem<&P>,
+        mut state: LmState,
+    ) -> Result<(LmState, Option<KV>), argmin::core::Error> {
+        let mut x = state.take_param().unwrap_or_else(|| DVector::zeros(self.bounds.len()));
+        for (value, &(lower, upper)) in x.iter_mut().zip(&self.bounds) {
+            *value = value.clamp(lower, upper);
+        }
+        let model = problem.problem(EVALUATIONS, |p| Ok(p.linearise(&x)))?;
+        if !model.cost.is_finite() {
+            self.termination = Some(Termination::Invalid);
+        }
+        self.update_scale(&model.jacobian);
+        self.cost_floor = problem.problem("cost_floor_count", |p| Ok(p.cost_floor()))?;
+        let cost = model.cost;
+        self.current = Some((x.clone(), model));
+        Ok((state.param(x).cost(cost), None))
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<&P>,
+        state: LmState,
+    ) -> Result<(LmState, Option<KV>), argmin::core::Error> {
+        let Some((x, model)) = self.current.take() else { return Ok((state, None)) };
+        let next = self.step(&x, &model, |trial| problem.problem(EVALUATIONS, |p| Ok(p.linearise(trial))))?;
+        let (x, model) = match next {
+            Some((x, model)) => {
+                self.update_scale(&model.jacobian);
+                (x, model)
+            }
+            None => (x, model),
+        };
+        let state = state.param(x.clone()).cost(model.cost);
+        self.current = Some((x, model));
+        Ok((state, None))
+    }
+
+    fn terminate(&mut self, state: &LmState) -> TerminationStatus {
+        if self.termination.is_none() {
+            self.termination = if self.limits.stop.as_ref().is_some_and(|s| s.load(Ordering::Relaxed)) {
+                Some(Termination::Interrupted)
+            } else if self.limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                Some(Termination::Timeout)
+            } else if self.current.as_ref().is_some_and(|(x, model)| {
+                model.cost <= self.cost_floor || self.largest_cosine(x, model) <= self.tolerances.gradient
+            }) {
+                Some(Termination::ConvergedGradient)
+            } else if state.get_iter() >= self.limits.iterations {
+                Some(Termination::IterationLimit)
+            } else {
+                None
+            };
+        }
+        match self.termination {
+            Some(reason) if reason.converged() => {
+                TerminationStatus::Terminated(TerminationReason::SolverConverged)
+            }
+            Some(reason) => {
+                TerminationStatus::Terminated(TerminationReason::SolverExit(reason.name().into()))
+            }
+            None => TerminationStatus::NotTerminated,
+        }
+    }
+}
+
+/// Minimises |J p + r|^2 + lambda |D p|^2 for p within `room`.
+fn bounded_step(
+    model: &Linearisation,
+    scale: &DVector<f64>,
+    lambda: f64,
+    room: &[(f64, f64)],
+) -> DVector<f64> {
+    /// Rounds of letting parameters go from their bounds; far more than seen in practice.
+    const ROUNDS: usize = 8;
+    let n = scale.len();
+    let gradient = model.jacobian.tr_mul(&model.residual);
+    let at_bound = |j: usize, slope: f64, p: f64| {
+        room.get(j).is_some_and(|&(low, high)| (p <= low && slope >= 0.0) || (p >= high && slope <= 0.0))
+    };
+    let mut p = DVector::zeros(n);
+    let mut free: Vec<bool> = gradient.iter().enumerate().map(|(j, g)| !at_bound(j, *g, 0.0)).collect();
+    for _ in 0..ROUNDS {
+        // Parameters that would leave stop at their bound, until the rest stay inside.
+        loop {
+            let columns: Vec<usize> = (0..n).filter(|j| free.get(*j) == Some(&true)).collect();
+            if columns.is_empty() {
+                break;
+            }
+            let solved = damped_solution(model, scale, lambda, &p, &columns);
+            let mut outside = false;
+            for (&j, value) in columns.iter().zip(solved.iter()) {
+                let (low, high) = room.get(j).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+                if !(*value > low && *value < high)
+                    && let Some(flag) = free.get_mut(j)
+                {
+                    *flag = false;
+                    outside = true;
+                }
+                if let Some(entry) = p.get_mut(j) {
+                    *entry = value.clamp(low, high);
+                }
+            }
+            if !outside {
+                break;
+            }
+        }
+        // Slope of the damped model; a held parameter whose slope points inside is let go.
+        let slope = model.jacobian.tr_mul(&(&model.jacobian * &p + &model.residual))
+            + scale.component_mul(scale).component_mul(&p) * lambda;
+        let mut released = false;
+        for (j, flag) in free.iter_mut().enumerate() {
+            if let (false, Some(&s), Some(&value)) = (*flag, slope.get(j), p.get(j))
+                && !at_bound(j, s, value)
+            {
+                *flag = true;
+                released = true;
+            }
+        }
+        if !released {
+            break;
+        }
+    }
+    p
+}
+
+/// The damped least-squares solution in `columns`, the other parameters held at their value in `p`.
+fn damped_solution(
+    model: &Linearisation,
+    scale: &DVector<f64>,
+    lambda: f64,
+    p: &DVector<f64>,
+    columns: &[usize],
+) -> DVector<f64> {
+    let mut held = p.clone();
+    columns.iter().for_each(|&j| held[j] = 0.0);
+    let target = -(&model.jacobian * held + &model.residual);
+    let (rows, n) = (model.jacobian.nrows(), columns.len());
+    // Columns of unit length: the solution does not depend on the parameters' units.
+    let mut stacked = DMatrix::zeros(rows + n, n);
+    for (k, &j) in columns.iter().enumerate() {
+        stacked.view_mut((0, k), (rows, 1)).copy_from(&(model.jacobian.column(j) / scale[j]));
+        stacked[(rows + k, k)] = lambda.max(LAMBDA_FLOOR).sqrt();
+    }
+    let mut right = DVector::zeros(rows + n);
+    right.rows_mut(0, rows).copy_from(&target);
+    let qr = stacked.qr();
+    qr.q_tr_mul(&mut right);
+    let solved = qr.r().solve_upper_triangular(&right.rows(0, n).into_owned());
+    let mut solved = solved.unwrap_or_else(|| DVector::from_element(n, f64::NAN));
+    for (value, &j) in solved.iter_mut().zip(columns) {
+        *value /= scale[j];
+    }
+    solved
+}
+
+/// Passes argmin's iterations on.
+struct Listener(Observer);
+
+impl Observe<LmState> for Listener {
+    fn observe_iter(&mut self, state: &LmState, _: &KV) -> Result<(), argmin::core::Error> {
+        (self.0)(state.get_iter(), state.get_cost());
+        Ok(())
+    }
+}
+
+/// Minimises a problem from `start`.
+///
+/// # Errors
+/// [`Error::Optimiser`] if argmin itself fails, which is a defect.
+pub fn minimise<P: LeastSquares>(
+    problem: &P,
+    start: DVector<f64>,
+    tolerances: Tolerances,
+    limits: Limits,
+) -> Result<Solution, Error> {
+    let failed = |error: argmin::core::Error| Error::Optimiser(error.to_string());
+    let observer = limits.observer.clone();
+    let solver = LevenbergMarquardt::new(problem.bounds(), tolerances, limits);
+    let mut executor = Executor::new(problem, solver)
+        .configure(|state: LmState| state.param(start))
+        .ctrlc(false)
+        .timer(false);
+    if let Some(observer) = observer {
+        executor = executor.add_observer(Listener(observer), ObserverMode::Always);
+    }
+    let result = executor.run().map_err(failed)?;
+    let evaluations = result.problem.counts.get(EVALUATIONS).copied().unwrap_or(0);
+    let iterations = result.state.get_iter();
+    let termination = result.solver.termination.unwrap_or(Termination::IterationLimit);
+    let (x, linearisation) =
+        result.solver.current.ok_or_else(|| Error::Optimiser("no point was evaluated".to_owned()))?;
+    Ok(Solution { x, cost: linearisation.cost, linearisation, termination, iterations, evaluations })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// Rosenbrock's valley (1960) as two residuals: 10 (y - x^2) and 1 - x.
+    struct Rosenbrock {
+        bounds: Vec<(f64, f64)>,
+    }
+
+    impl LeastSquares for Rosenbrock {
+        fn linearise(&self, v: &DVector<f64>) -> Linearisation {
+            let (x, y) = (v[0], v[1]);
+            let residual = DVector::from_vec(vec![10.0 * (y - x * x), 1.0 - x]);
+            let jacobian = DMatrix::from_row_slice(2, 2, &[-20.0 * x, 10.0, -1.0, 0.0]);
+            Linearisation { cost: residual.norm_squared(), jacobian, residual }
+        }
+        fn bounds(&self) -> Vec<(f64, f64)> {
+            self.bounds.clone()
+        }
+    }
+
+    fn solve(bounds: Vec<(f64, f64)>) -> Solution {
+        let start = DVector::from_vec(vec![-1.2, 1.0]);
+        minimise(&Rosenbrock { bounds }, start, Tolerances::default(), Limits::iterations(200)).unwrap()
+    }
+
+    #[test]
+    fn finds_the_floor_of_the_valley() {
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        let solution = solve(vec![free, free]);
+        assert!(solution.termination.converged(), "{:?}", solution.termination);
+        assert_relative_eq!(solution.x[0], 1.0, epsilon = 1e-12);
+        assert_relative_eq!(solution.x[1], 1.0, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn stops_at_an_active_bound() {
+        // With x at most 0.5 the minimum is x = 0.5, y = 0.25: the valley's floor at the bound.
+        let solution = solve(vec![(-2.0, 0.5), (-10.0, 10.0)]);
+        assert!(solution.termination.converged(), "{:?}", solution.termination);
+        assert_relative_eq!(solution.x[0], 0.5);
+        assert_relative_eq!(solution.x[1], 0.25, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn leaves_a_bound_that_it_starts_at() {
+        let solution = solve(vec![(-2.0, 2.0), (-1.0, 1.0)]);
+        assert!(solution.termination.converged(), "{:?}", solution.termination);
+        assert_relative_eq!(solution.x[0], 1.0, epsilon = 1e-9);
+    }
+}

@@ -1,0 +1,23 @@
+//! Fitting: the least-squares problem, its solver, where it starts, and what can be trusted.
+
+mod coarse;
+mod errors;
+mod least_squares;
+mod levenberg_marquardt;
+mod metric;
+mod parameters;
+mod problem;
+mod run;
+mod triangle;
+mod uncertainty;
+
+pub use errors::{ErrorTable, Errors, score};
+pub use least_squares::{LeastSquares, Linearisation};
+pub use levenberg_marquardt::{
+    LevenbergMarquardt, Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise,
+};
+pub use metric::Metric;
+pub use parameters::{ParameterTable, Row, Selector, Setting, Settings, Status, channel_suffix};
+pub use problem::ReflectanceProblem;
+pub use run::{Fit, Options, Progress, Quiet, Selection, Start, Warning, evaluate, fit};
+pub use uncertainty::{Covariance, Method};

@@ -1,0 +1,450 @@
+//! The least-squares problem of fitting an expression to samples, streamed block by block.
+//!
+//! Per block, every lobe yields its basis functions and their derivatives with respect to its shapes,
+//! shared by all channels; per channel a few multiplications turn them into residuals and Jacobian
+//! columns, which go straight into a triangular factor of that channel's own few parameters. The
+//! Jacobian of the whole is never stored: what reaches the solver is one small triangle per channel.
+
+use super::least_squares::{LeastSquares, Linearisation};
+use super::metric::{Metric, Transform};
+use super::parameters::ParameterTable;
+use super::triangle::Triangle;
+use crate::geometry::{BLOCK, Block};
+use crate::math::count;
+use crate::measurement::Samples;
+use crate::model::{BasisBlock, Coefficients, Expression, Role};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// An expression, samples, and the metric between them.
+pub struct ReflectanceProblem<'a> {
+    expression: &'a Expression,
+    samples: &'a Samples,
+    table: ParameterTable,
+    /// Per channel.
+    targets: Vec<Target>,
+    /// Factor of the squared residuals: sample weights divided by the number of residuals.
+    normalisation: f64,
+    /// Per channel.
+    layouts: Vec<Layout>,
+    /// Sum of the weighted squares of g(x*).
+    magnitude2: f64,
+}
+
+/// What the model is compared with in one channel.
+struct Target {
+    transform: Transform,
+    /// g(x*) per sample.
+    measured: Vec<f64>,
+    /// 1/(sigma ci g'(x*)) per sample, where weights are by sigma.
+    precision: Option<Vec<f64>>,
+}
+
+/// Which free parameters a channel depends on, and how.
+struct Layout {
+    slots: Vec<Slot>,
+    /// The free parameter of each local column.
+    columns: Vec<usize>,
+}
+
+/// One way in which a free parameter acts on a channel.
+#[derive(Clone, Copy)]
+struct Slot {
+    lobe: usize,
+    role: Role,
+    /// Which of the lobe's shapes or amplitudes.
+    index: usize,
+    /// Local column.
+    column: usize,
+    /// Row of the parameter.
+    row: usize,
+}
+
+/// What a pass over the samples gathers.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Pass {
+    /// J^T J and J^T r.
+    Model,
+    /// sum r^2 J J^T: the middle of the sandwich.
+    Scatter,
+}
+
+/// The result of a stretch of samples, per channel.
+struct Gathered {
+    triangles: Vec<Triangle>,
+    cost: f64,
+}
+
+/// The most stretches that a pass is divided into. Fixed, so that sums do not depend on the threads.
+const STRETCHES: usize = 64;
+
+impl<'a> ReflectanceProblem<'a> {
+    /// The problem of fitting the free parameters of `table`.
+    #[must_use]
+    pub fn new(
+        expression: &'a Expression,
+        samples: &'a Samples,
+        table: ParameterTable,
+        metric: Metric,
+    ) -> Self {
+        let cos_i: Vec<f64> = samples.directions.iter().map(|g| g.cos_i()).collect();
+        let total: f64 = samples.weights.iter().sum();
+        let channels = samples.values.len();
+        let normalisation = match samples.sigma {
+            Some(_) => 1.0,
+            None => 1.0 / (count(channels) * total),
+        };
+        let targets: Vec<Target> = samples
+            .values
+            .par_iter()
+            .enumerate()
+            .map(|(channel, values)| target(samples, metric, &cos_i, channel, values))
+            .collect();
+        let magnitude2: f64 = targets
+            .iter()
+            .map(|t| {
+                let weighted = t.measured.iter().enumerate().map(|(i, g)| {
+                    let w = weight(samples, t, i);
+                    w * g * g
+                });
+                weighted.sum::<f64>()
+            })
+            .sum::<f64>()
+            * normalisation;
+        let layouts = (0..channels).map(|channel| layout(&table, channel)).collect();
+        Self { expression, samples, table, targets, normalisation, layouts, magnitude2 }
+    }
+
+    /// The parameters, at the values last set.
+    #[must_use]
+    pub fn table(&self) -> &ParameterTable {
+        &self.table
+    }
+
+    /// Root of the sum of squares of the measured values, weighted and transformed like the residuals.
+    #[must_use]
+    pub fn magnitude(&self) -> f64 {
+        self.magnitude2.sqrt()
+    }
+
+    /// Number of residuals.
+    #[must_use]
+    pub fn residuals(&self) -> usize {
+        self.samples.len() * self.targets.len()
+    }
+
+    /// Rows whose products make up sum w^2 r^2 J J^T at `x`, the middle of the sandwich covariance.
+    #[must_use]
+    pub fn scatter(&self, x: &DVector<f64>) -> DMatrix<f64> {
+        self.pass(x, Pass::Scatter).jacobian
+    }
+
+    fn pass(&self, x: &DVector<f64>, kind: Pass) -> Linearisation {
+        let mut table = self.table.clone();
+        table.set_coordinates(x.as_slice());
+        let values: Vec<_> = (0..self.targets.len()).map(|channel| table.formula_values(channel)).collect();
+        let context = Context::new(self, &table, &values, kind);
+        let blocks = self.samples.len().div_ceil(BLOCK);
+        let stretch = blocks.div_ceil(STRETCHES).max(1) * BLOCK;
+        let stretches: Vec<Range<usize>> = (0..self.samples.len())
+            .step_by(stretch)
+            .map(|start| start..self.samples.len().min(start + stretch))
+            .collect();
+        let gathered: Vec<Gathered> = stretches.into_par_iter().map(|range| context.gather(range)).collect();
+
+        let mut gathered = gathered.into_iter();
+        let Some(mut total) = gathered.next() else { return empty(self.table.free().len()) };
+        for part in gathered {
+            total.cost += part.cost;
+            for (triangle, other) in total.triangles.iter_mut().zip(&part.triangles) {
+                triangle.merge(other);
+            }
+        }
+        self.assemble(&total)
+    }
+
+    /// Puts the channels' triangles into one matrix over all free parameters.
+    fn assemble(&self, total: &Gathered) -> Linearisation {
+        let rows: usize = self.layouts.iter().map(|layout| layout.columns.len()).sum();
+        let mut jacobian = DMatrix::zeros(rows, self.table.free().len());
+        let mut residual = DVector::zeros(rows);
+        let mut row = 0;
+        for (layout, triangle) in self.layouts.iter().zip(&total.triangles) {
+            for (k, entries) in triangle.rows().iter().take(layout.columns.len()).enumerate() {
+                for (column, entry) in layout.columns.iter().skip(k).zip(entries) {
+                    jacobian[(row, *column)] = *entry;
+                }
+                residual[row] = entries.last().copied().unwrap_or(0.0);
+                row += 1;
+            }
+        }
+        Linearisation { cost: total.cost, jacobian, residual }
+    }
+}
+
+fn empty(parameters: usize) -> Linearisation {
+    Linearisation { cost: 0.0, jacobian: DMatrix::zeros(0, parameters), residual: DVector::zeros(0) }
+}
+
+/// Weight of the squared residual of one sample, before normalisation.
+fn weight(samples: &Samples, target: &Target, sample: usize) -> f64 {
+    match &target.precision {
+        Some(precision) => precision.get(sample).map_or(0.0, |p| p * p),
+        None => samples.weights.get(sample).copied().unwrap_or(0.0),
+    }
+}
+
+fn target(samples: &Samples, metric: Metric, cos_i: &[f64], channel: usize, values: &[f64]) -> Target {
+    let x: Vec<f64> = values.iter().zip(cos_i).map(|(f, cos)| metric.measured(f * cos)).collect();
+    let weighted: f64 = x.iter().zip(&samples.weights).map(|(x, w)| x.abs() * w).sum();
+    let mean = weighted / samples.weights.iter().sum::<f64>();
+    let transform = metric.transform(mean);
+    let precision = samples.sigma.as_ref().and_then(|sigma| sigma.get(channel)).map(|sigma| {
+        let per_sample = x.iter().zip(sigma).zip(cos_i);
+        per_sample.map(|((x, sigma), cos)| 1.0 / (sigma * cos * transform.apply(*x).1)).collect()
+    });
+    let measured = x.iter().map(|x| transform.apply(*x).0).collect();
+    Target { transform, measured, precision }
+}
+
+fn layout(table: &ParameterTable, channel: usize) -> Layout {
+    let mut layout = Layout { slots: Vec::new(), columns: Vec::new() };
+    for lobe in 0..table.lobes().len() {
+        let mut counts = [0; 2];
+        for parameter in 0.. {
+            let Some(index) = table.place(lobe, parameter, channel) else { break };
+            let Some(row) = table.rows().get(index) else { break };
+            let role = row.spec.role;
+            let [shapes, amplitudes] = &mut counts;
+            let counter = if role == Role::Shape { shapes } else { amplitudes };
+            let position = *counter;
+            *counter += 1;
+            let source = table.source(index);
+            let Ok(free) = table.free().binary_search(&source) else { continue };
+            let column = layout.columns.iter().position(|c| *c == free).unwrap_or_else(|| {
+                layout.columns.push(free);
+                layout.columns.len() - 1
+            });
+            layout.slots.push(Slot { lobe, role, index: position, column, row: source });
+        }
+    }
+    layout
+}
+
+/// What one pass needs at every block.
+struct Context<'p, 'a> {
+    problem: &'p ReflectanceProblem<'a>,
+    kind: Pass,
+    /// Per channel, per lobe: shapes and amplitudes in formula units.
+    values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
+    /// Per lobe: whether all channels have the same shapes.
+    shared: Vec<bool>,
+    /// Per lobe: whether any of its shapes is free.
+    differentiated: Vec<bool>,
+    /// Per channel, per lobe.
+    coefficients: Vec<Vec<Coefficients>>,
+    /// Per channel, per slot: d formula value/d coordinate.
+    stretches: Vec<Vec<f64>>,
+}
+
+impl<'p, 'a> Context<'p, 'a> {
+    fn new(
+        problem: &'p ReflectanceProblem<'a>,
+        table: &ParameterTable,
+        values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
+        kind: Pass,
+    ) -> Self {
+        let lobes = problem.expression.lobes();
+        let shapes_of =
+            |channel: &[(Vec<f64>, Vec<f64>)], lobe: usize| channel.get(lobe).map(|v| v.0.clone());
+        let shared = (0..lobes.len())
+            .map(|lobe| {
+                let first = values.first().and_then(|v| shapes_of(v, lobe));
+                values.iter().all(|v| shapes_of(v, lobe) == first)
+            })
+            .collect();
+        let differentiated = (0..lobes.len())
+            .map(|lobe| {
+                let slots = problem.layouts.iter().flat_map(|layout| &layout.slots);
+                slots.into_iter().any(|slot| slot.lobe == lobe && slot.role == Role::Shape)
+            })
+            .collect();
+        let coefficients = values
+            .iter()
+            .map(|v| v.iter().zip(lobes).map(|((_, a), lobe)| lobe.model.coefficients(a)).collect())
+            .collect();
+        let stretches = problem
+            .layouts
+            .iter()
+            .map(|layout| {
+                let of_slot = |slot: &Slot| {
+                    table.rows().get(slot.row).map_or(0.0, |row| row.stretch() * row.spec.unit.factor())
+                };
+                layout.slots.iter().map(of_slot).collect()
+            })
+            .collect();
+        Self { problem, kind, values, shared, differentiated, coefficients, stretches }
+    }
+
+    /// Runs over the samples of `range`, block by block.
+    fn gather(&self, range: Range<usize>) -> Gathered {
+        let layouts = &self.problem.layouts;
+        let mut result = Gathered {
+            triangles: layouts.iter().map(|layout| Triangle::new(layout.columns.len() + 1)).collect(),
+            cost: 0.0,
+        };
+        let mut block = Block::new();
+        let mut bases: Vec<BasisBlock> = vec![BasisBlock::default(); self.shared.len()];
+        let mut scratch = Scratch::default();
+        for start in range.clone().step_by(BLOCK) {
+            let samples = start..range.end.min(start + BLOCK);
+            self.problem.samples.directions.fill(samples.clone(), &mut block);
+            for channel in 0..layouts.len() {
+                for (lobe, basis) in bases.iter_mut().enumerate() {
+                    // Channels with the same shapes share the first channel's basis.
+                    if channel == 0 || self.shared.get(lobe) == Some(&false) {
+                        self.evaluate(lobe, channel, &block, basis);
+                    }
+                }
+                result.cost += self.residuals(channel, samples.clone(), &block, &bases, &mut scratch);
+                if let Some(triangle) = result.triangles.get_mut(channel) {
+                    triangle.append(&mut scratch.columns);
+                }
+            }
+        }
+        result
+    }
+
+    fn evaluate(&self, lobe: usize, channel: usize, block: &Block, basis: &mut BasisBlock) {
+        let model = self.problem.expression.lobes().get(lobe).map(|l| &l.model);
+        let shapes = self.values.get(channel).and_then(|v| v.get(lobe)).map(|v| &v.0);
+        if let (Some(model), Some(shapes)) = (model, shapes) {
+            if self.differentiated.get(lobe) == Some(&true) {
+                model.differentiate(block, shapes, basis);
+            } else {
+                model.evaluate(block, shapes, basis);
+            }
+        }
+    }
+
+    /// Fills `scratch.columns` with the weighted Jacobian and residuals of one channel on one block;
+    /// returns their cost.
+    fn residuals(
+        &self,
+        channel: usize,
+        samples: Range<usize>,
+        block: &Block,
+        bases: &[BasisBlock],
+        scratch: &mut Scratch,
+    ) -> f64 {
+        let problem = self.problem;
+        let (Some(layout), Some(target), Some(coefficients), Some(stretches)) = (
+            problem.layouts.get(channel),
+            problem.targets.get(channel),
+            self.coefficients.get(channel),
+            self.stretches.get(channel),
+        ) else {
+            return 0.0;
+        };
+        let Scratch { columns, f, slope } = scratch;
+        columns.resize(layout.columns.len() + 1, Vec::new());
+        for column in columns.iter_mut() {
+            column.clear();
+            column.resize(block.len(), 0.0);
+        }
+
+        // f = sum over lobes and basis functions
+        f.clear();
+        f.resize(block.len(), 0.0);
+        for (basis, lobe) in bases.iter().zip(coefficients) {
+            for (row, coefficient) in basis.values.iter().zip(&lobe.values) {
+                add_scaled(f, row, *coefficient);
+            }
+        }
+
+        // Residuals, and the slope d residual/d f of each.
+        slope.clear();
+        let mut cost = 0.0;
+        let Some((residual, jacobian)) = columns.split_last_mut() else { return 0.0 };
+        let measured = target.measured.get(samples.clone()).unwrap_or_default();
+        let weights = problem.samples.weights.get(samples.clone()).unwrap_or_default();
+        let precision = target.precision.as_ref().map(|p| p.get(samples).unwrap_or_default());
+        for (i, ((geometry, f), measured)) in block.samples().iter().zip(f.iter()).zip(measured).enumerate() {
+            let root = match precision {
+                Some(precision) => precision.get(i).copied().unwrap_or(0.0),
+                None => weights.get(i).map_or(0.0, |w| (w * problem.normalisation).sqrt()),
+            };
+            let cos_i = geometry.cos_i();
+            let (g, g_slope) = target.transform.apply(f * cos_i);
+            let r = root * (g - measured);
+            cost += r * r;
+            slope.push(match self.kind {
+                Pass::Model => root * g_slope * cos_i,
+                Pass::Scatter => r * root * g_slope * cos_i,
+            });
+            if let Some(entry) = residual.get_mut(i) {
+                *entry = r;
+            }
+        }
+
+        for (slot, stretch) in layout.slots.iter().zip(stretches) {
+            let (Some(column), Some(basis), Some(lobe)) =
+                (jacobian.get_mut(slot.column), bases.get(slot.lobe), coefficients.get(slot.lobe))
+            else {
+                continue;
+            };
+            // df/dshape = sum_k a_k dB_k/dshape; df/damplitude = sum_k da_k/damplitude B_k
+            match slot.role {
+                Role::Shape => {
+                    let rows = basis.partials.get(slot.index).map_or(&[][..], Vec::as_slice);
+                    for (row, coefficient) in rows.iter().zip(&lobe.values) {
+                        add_scaled(column, row, coefficient * stretch);
+                    }
+                }
+                Role::Amplitude => {
+                    let partials = lobe.partials.get(slot.index).map_or(&[][..], Vec::as_slice);
+                    for (row, partial) in basis.values.iter().zip(partials) {
+                        add_scaled(column, row, partial * stretch);
+                    }
+                }
+            }
+        }
+        for column in jacobian {
+            for (entry, slope) in column.iter_mut().zip(slope.iter()) {
+                *entry *= slope;
+            }
+        }
+        cost
+    }
+}
+
+/// Working space of one stretch.
+#[derive(Default)]
+struct Scratch {
+    /// Jacobian columns, then the residuals.
+    columns: Vec<Vec<f64>>,
+    f: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+fn add_scaled(sum: &mut [f64], row: &[f64], factor: f64) {
+    for (total, value) in sum.iter_mut().zip(row) {
+        *total += factor * value;
+    }
+}
+
+impl LeastSquares for ReflectanceProblem<'_> {
+    fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+        self.pass(x, Pass::Model)
+    }
+
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        self.table.coordinate_bounds()
+    }
+
+    fn cost_floor(&self) -> f64 {
+        // Residuals below 1e-15 of the data are rounding.
+        1e-30 * self.magnitude2
+    }
+}

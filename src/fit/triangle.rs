@@ -1,0 +1,105 @@
+//! Compressing a stream of Jacobian rows to a triangular factor.
+
+/// The upper triangular factor of all rows appended so far, by Householder reflections.
+///
+/// Of a matrix with `n` columns only R with R^T R = J^T J is kept, whatever the number of rows; its
+/// entries keep twice the digits that the normal matrix J^T J would (Golub and Van Loan 2013, 5.2 and
+/// 6.5).
+#[derive(Clone, Debug)]
+pub(super) struct Triangle {
+    columns: usize,
+    /// Row k holds columns k..n.
+    rows: Vec<Vec<f64>>,
+}
+
+impl Triangle {
+    pub(super) fn new(columns: usize) -> Self {
+        Self { columns, rows: (0..columns).map(|k| vec![0.0; columns - k]).collect() }
+    }
+
+    /// Row `k`, from its diagonal on.
+    pub(super) fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+
+    /// Appends rows given column by column; the columns are used as working space.
+    pub(super) fn append(&mut self, columns: &mut [Vec<f64>]) {
+        debug_assert_eq!(columns.len(), self.columns);
+        for (k, row) in self.rows.iter_mut().enumerate() {
+            let Some((current, later)) = columns.get_mut(k..).and_then(<[_]>::split_first_mut) else {
+                return;
+            };
+            let Some((diagonal, rest)) = row.split_first_mut() else { return };
+            let below = dot(current, current);
+            if below == 0.0 {
+                continue;
+            }
+            // Reflects (diagonal, current) to (-sign(diagonal) length, 0).
+            let length = (*diagonal * *diagonal + below).sqrt();
+            let target = if *diagonal > 0.0 { -length } else { length };
+            let head = *diagonal - target;
+            // v^T v / 2 with v = (head, current)
+            let half_norm = target * (target - *diagonal);
+            *diagonal = target;
+            for (entry, column) in rest.iter_mut().zip(later) {
+                let factor = (head * *entry + dot(current, column)) / half_norm;
+                *entry -= factor * head;
+                for (value, reflected) in column.iter_mut().zip(current.iter()) {
+                    *value -= factor * reflected;
+                }
+            }
+        }
+    }
+
+    /// Appends the rows of another factor.
+    pub(super) fn merge(&mut self, other: &Self) {
+        let mut columns: Vec<Vec<f64>> = (0..self.columns)
+            .map(|j| {
+                let entry = |(k, row): (usize, &Vec<f64>)| {
+                    j.checked_sub(k).and_then(|offset| row.get(offset)).copied().unwrap_or(0.0)
+                };
+                other.rows.iter().enumerate().map(entry).collect()
+            })
+            .collect();
+        self.append(&mut columns);
+    }
+}
+
+/// Inner product in eight strands, which the compiler can keep in vector registers; the order of
+/// summation is fixed.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a_chunks, a_rest) = a.as_chunks::<8>();
+    let (b_chunks, b_rest) = b.as_chunks::<8>();
+    let mut strands = [0.0; 8];
+    for (x, y) in a_chunks.iter().zip(b_chunks) {
+        for ((strand, x), y) in strands.iter_mut().zip(x).zip(y) {
+            *strand += x * y;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+    strands.iter().sum::<f64>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    #[test]
+    fn keeps_the_normal_matrix() {
+        let rows = 37;
+        let entry = |i: usize, j: usize| ((i * 7 + j * 13) % 11) as f64 - 4.0 + 0.1 * j as f64;
+        let full = DMatrix::from_fn(rows, 4, entry);
+        let (mut first, mut second) = (Triangle::new(4), Triangle::new(4));
+        let columns = |range: std::ops::Range<usize>| -> Vec<Vec<f64>> {
+            (0..4).map(|j| range.clone().map(|i| entry(i, j)).collect()).collect()
+        };
+        first.append(&mut columns(0..10));
+        first.append(&mut columns(10..11));
+        second.append(&mut columns(11..rows));
+        first.merge(&second);
+        let r = DMatrix::from_fn(4, 4, |i, j| if j >= i { first.rows()[i][j - i] } else { 0.0 });
+        let difference = r.transpose() * r - full.transpose() * full;
+        assert!(difference.amax() < 1e-11, "{difference}");
+    }
+}

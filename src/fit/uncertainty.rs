@@ -1,0 +1,160 @@
+//! Standard errors, intervals and correlations at the optimum.
+//!
+//! With H = J^T J at the optimum, J weighted like the residuals:
+//!
+//! - given standard deviations make the residuals unit normal, and the covariance is H^-1, absolute;
+//! - other weights are not inverse variances, and the covariance is the sandwich
+//!   H^-1 (sum w^2 r^2 J J^T) H^-1 (Huber 1967, White 1980), which lets each sample tell its own noise.
+//!
+//! Both assume independent errors from sample to sample. Neighbouring cells of a measured table are not
+//! independent: read the errors as lower limits there.
+
+use super::parameters::ParameterTable;
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// How the covariance was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// From given standard deviations.
+    Absolute,
+    /// From the scatter of the residuals.
+    Sandwich,
+}
+
+impl Method {
+    /// Name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Absolute => "absolute",
+            Self::Sandwich => "sandwich",
+        }
+    }
+}
+
+/// The covariance of the parameters that are neither held nor at a bound.
+#[derive(Clone, Debug)]
+pub struct Covariance {
+    /// How it was found.
+    pub method: Method,
+    /// Rows of the parameter table, in order.
+    pub rows: Vec<usize>,
+    /// In the parameters' own units.
+    pub matrix: DMatrix<f64>,
+    /// Rows that the data do not determine: no standard error means anything for them.
+    pub undetermined: Vec<usize>,
+    /// Ratio of the largest to the smallest singular value of J with columns of unit length.
+    pub condition: f64,
+    /// Factor between a standard error and half a 95 % interval.
+    pub quantile: f64,
+}
+
+/// Below this share of the largest singular value a direction is not determined by double precision.
+const RANK_TOLERANCE: f64 = 1e-11;
+
+impl Covariance {
+    /// The covariance from the Jacobian and, for the sandwich, the scatter rows; both have one column per
+    /// free parameter of `table`. None if no parameter is left or there are no degrees of freedom.
+    pub(super) fn new(
+        table: &ParameterTable,
+        jacobian: &DMatrix<f64>,
+        scatter: Option<&DMatrix<f64>>,
+        dof: f64,
+    ) -> Option<Self> {
+        let inside: Vec<(usize, usize)> = table
+            .free()
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, row)| table.rows().get(*row).is_some_and(|r| !r.at_lower() && !r.at_upper()))
+            .collect();
+        if inside.is_empty() || dof <= 0.0 {
+            return None;
+        }
+        let columns: Vec<usize> = inside.iter().map(|(column, _)| *column).collect();
+        let rows: Vec<usize> = inside.iter().map(|(_, row)| *row).collect();
+        let lengths = DVector::from_iterator(
+            columns.len(),
+            columns.iter().map(|c| match jacobian.column(*c).norm() {
+                length if length > 0.0 => length,
+                _ => 1.0,
+            }),
+        );
+        let scaled = |matrix: &DMatrix<f64>| {
+            let mut selected = matrix.select_columns(&columns);
+            for (mut column, length) in selected.column_iter_mut().zip(lengths.iter()) {
+                column /= *length;
+            }
+            selected
+        };
+        let svd = scaled(jacobian).svd(false, true);
+        let v_t = svd.v_t?;
+        let largest = svd.singular_values.max();
+        let smallest = if jacobian.nrows() < columns.len() { 0.0 } else { svd.singular_values.min() };
+        // V S^-1 over the determined directions; the others mark the parameters that they involve.
+        let mut half_inverse = v_t.transpose();
+        let mut undetermined = Vec::new();
+        for (k, s) in svd.singular_values.iter().enumerate() {
+            if *s > RANK_TOLERANCE * largest {
+                half_inverse.column_mut(k).scale_mut(1.0 / s);
+                continue;
+            }
+            for (entry, row) in half_inverse.column(k).iter().zip(&rows) {
+                if entry.abs() > 0.05 && !undetermined.contains(row) {
+                    undetermined.push(*row);
+                }
+            }
+            half_inverse.column_mut(k).fill(0.0);
+        }
+        let inverse = &half_inverse * half_inverse.transpose();
+        let (method, mut matrix) = match scatter {
+            None => (Method::Absolute, inverse),
+            Some(scatter) => {
+                let spread = scaled(scatter) * &inverse;
+                (Method::Sandwich, spread.tr_mul(&spread))
+            }
+        };
+        let units: Vec<f64> = rows
+            .iter()
+            .zip(lengths.iter())
+            .map(|(row, length)| table.rows().get(*row).map_or(0.0, super::parameters::Row::stretch) / length)
+            .collect();
+        for (i, a) in units.iter().enumerate() {
+            for (j, b) in units.iter().enumerate() {
+                matrix[(i, j)] *= a * b;
+            }
+        }
+        // A given sigma leaves nothing to estimate, hence the normal quantile.
+        let freedom = if method == Method::Absolute { 1e9 } else { dof };
+        let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
+        Some(Self { method, rows, matrix, undetermined, condition: largest / smallest, quantile })
+    }
+
+    fn position(&self, row: usize) -> Option<usize> {
+        self.rows.iter().position(|r| *r == row).filter(|_| !self.undetermined.contains(&row))
+    }
+
+    /// Standard error of the parameter in a row of the table; none at a bound, held or undetermined.
+    #[must_use]
+    pub fn std_error(&self, row: usize) -> Option<f64> {
+        let i = self.position(row)?;
+        Some(self.matrix[(i, i)].sqrt()).filter(|e| e.is_finite())
+    }
+
+    /// Covariance of the parameters in two rows.
+    #[must_use]
+    pub fn between(&self, a: usize, b: usize) -> Option<f64> {
+        Some(self.matrix[(self.position(a)?, self.position(b)?)])
+    }
+
+    /// Correlation of the parameters in two rows, -1..1.
+    #[must_use]
+    pub fn correlation(&self, a: usize, b: usize) -> Option<f64> {
+        let scale = self.std_error(a)? * self.std_error(b)?;
+        if a == b {
+            return Some(1.0);
+        }
+        (scale > 0.0).then(|| self.between(a, b).map(|c| (c / scale).clamp(-1.0, 1.0))).flatten()
+    }
+}

@@ -1,0 +1,524 @@
+//! The report: what was asked, what was done, why it stopped, and what not to trust.
+//!
+//! The JSON form is a stable interface: docs/report.md describes it field by field, and a test compares
+//! docs/report.schema.json with the schema generated from these types.
+
+mod text;
+
+pub use text::table;
+
+use crate::fit::{Errors, Fit, Metric, ParameterTable, Row, Status};
+use crate::measurement::Measurement;
+use crate::model::Expression;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Serialize, Serializer};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Name of the schema of one report.
+pub const SCHEMA: &str = "brdfit.report/1";
+/// Name of the schema of several reports.
+pub const SCHEMA_SEVERAL: &str = "brdfit.reports/1";
+
+/// The result of one fit or evaluation.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Report {
+    /// `brdfit.report/1`.
+    pub schema: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// The expression with every choice spelled out.
+    pub model: String,
+    /// What was measured.
+    pub data: Data,
+    /// Which samples counted, and how much.
+    pub filters: FilterRecord,
+    /// The metric that was minimised: l2, log or cbrt.
+    pub metric: &'static str,
+    /// Every parameter, fixed and tied ones included.
+    pub parameters: Vec<Parameter>,
+    /// Products of parameters that the data determine better than either.
+    pub derived: Vec<Derived>,
+    /// Correlations of the free parameters that are not at a bound; null above 100 of them, or where there
+    /// is no covariance.
+    pub correlation: Option<Correlation>,
+    /// Every error, all channels together.
+    pub errors: ErrorRecord,
+    /// Every error per channel.
+    pub errors_by_channel: InOrder<ErrorRecord>,
+    /// The size of the problem and how the uncertainty was found.
+    pub fit: FitRecord,
+    /// Criteria that weigh the error against the number of parameters.
+    pub selection: SelectionRecord,
+    /// The starts that were tried.
+    pub starts: Vec<StartRecord>,
+    /// Why the fit stopped.
+    pub termination: TerminationRecord,
+    /// The options as used.
+    pub options: OptionRecord,
+    /// Wall-clock times, seconds, and threads: the only part that differs from run to run.
+    pub time_s: Times,
+    /// What to know before relying on the result.
+    pub warnings: Vec<WarningRecord>,
+}
+
+/// What was measured.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Data {
+    /// The file as it was named.
+    pub path: String,
+    /// Its format.
+    pub format: &'static str,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+    /// Names of the channels.
+    pub channels: Vec<String>,
+    /// Wavelengths in nanometres, where every channel has one.
+    pub wavelengths_nm: Option<Vec<f64>>,
+    /// Samples in the file.
+    pub samples: usize,
+    /// Samples used.
+    pub used: usize,
+    /// Samples left out, by reason.
+    pub dropped: BTreeMap<&'static str, usize>,
+}
+
+/// Which samples counted, and how much.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct FilterRecord {
+    /// Largest angle of incidence and viewing, degrees, inclusive.
+    pub max_theta_deg: f64,
+    /// solid-angle, uniform or sigma.
+    pub weights: &'static str,
+}
+
+/// One parameter.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Parameter {
+    /// The lobe that it belongs to.
+    pub lobe: String,
+    /// Its symbol.
+    pub name: &'static str,
+    /// Its channel; null if the channels share it.
+    pub channel: Option<String>,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// "1" or "deg".
+    pub unit: &'static str,
+    /// Standard error; null at a bound, if not free, or if the data do not determine it.
+    pub std_error: Option<f64>,
+    /// 95 % confidence interval; null like the standard error.
+    pub ci95: Option<[f64; 2]>,
+    /// Smallest and largest value allowed.
+    pub bounds: [f64; 2],
+    /// The value that the fit started from.
+    pub initial: f64,
+    /// free, fixed, tied, at-lower or at-upper.
+    pub status: &'static str,
+}
+
+/// A product of parameters.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Derived {
+    /// Lobe and factors: `cook-torrance.ks*f0`.
+    pub name: String,
+    /// Its channel; null if the channels share it.
+    pub channel: Option<String>,
+    /// Its value.
+    pub value: f64,
+    /// Standard error; null where a factor has none.
+    pub std_error: Option<f64>,
+    /// 95 % confidence interval.
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// Correlations between parameters.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Correlation {
+    /// Full names, in the order of rows and columns.
+    pub parameters: Vec<String>,
+    /// Correlations, -1..1.
+    pub matrix: Vec<Vec<Option<f64>>>,
+}
+
+/// Every error; docs/conventions.md defines each.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+#[expect(missing_docs, reason = "defined together in docs/conventions.md")]
+pub struct ErrorRecord {
+    pub l2: f64,
+    pub log: f64,
+    pub cbrt: f64,
+    pub log_ratio: f64,
+    pub relative: Option<f64>,
+}
+
+impl From<&Errors> for ErrorRecord {
+    fn from(e: &Errors) -> Self {
+        Self { l2: e.l2, log: e.log, cbrt: e.cbrt, log_ratio: e.log_ratio, relative: e.relative }
+    }
+}
+
+/// The size of the problem and how the uncertainty was found.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct FitRecord {
+    /// Number of residuals: samples times channels.
+    pub n: usize,
+    /// Residuals less free parameters.
+    pub dof: f64,
+    /// What was minimised: the weighted mean square in the metric (smoothed for cbrt), or chi^2 for
+    /// weights by sigma.
+    pub cost: f64,
+    /// chi^2/dof for weights by sigma, else null.
+    pub reduced_chi2: Option<f64>,
+    /// sandwich or absolute; null where there is no uncertainty.
+    pub uncertainty_method: Option<&'static str>,
+}
+
+/// Criteria for choosing between models.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct SelectionRecord {
+    /// Akaike's criterion, corrected for small samples.
+    pub aicc: Option<f64>,
+    /// Bayesian criterion.
+    pub bic: Option<f64>,
+    /// Errors on samples that were held out; null where none were.
+    pub held_out: Option<ErrorRecord>,
+}
+
+/// One start of the search.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct StartRecord {
+    /// Cost that it led to, on the samples of the search.
+    pub cost: f64,
+    /// Shapes that it began with, by full name.
+    pub shapes: InOrder<f64>,
+    /// Why its polishing stopped.
+    pub reason: &'static str,
+}
+
+/// Why the fit stopped.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct TerminationRecord {
+    /// converged-step, converged-cost, converged-gradient, stalled, iteration-limit, interrupted, timeout,
+    /// invalid; evaluated where nothing was fitted.
+    pub reason: &'static str,
+    /// Whether the result is a minimum that can be used.
+    pub usable: bool,
+    /// Iterations of the final fit.
+    pub iterations: u64,
+    /// Passes over the samples in the final fit.
+    pub evaluations: u64,
+}
+
+/// The options as used.
+#[derive(Clone, Debug, Default, Serialize, JsonSchema)]
+pub struct OptionRecord {
+    /// `--samples`; null for all.
+    pub samples: Option<usize>,
+    /// `--seed`.
+    pub seed: u64,
+    /// `--merl-bins`.
+    pub merl_bins: &'static str,
+    /// `--timeout`, seconds.
+    pub timeout_s: Option<f64>,
+    /// `--fix`, `--init`, `--bounds`, `--free`, `--tie`, `--per-channel`, `--shared`, `--set`, as given.
+    pub parameters: Vec<String>,
+}
+
+/// Wall-clock times.
+#[derive(Clone, Copy, Debug, Default, Serialize, JsonSchema)]
+pub struct Times {
+    /// Reading the file.
+    pub read: f64,
+    /// Fitting.
+    pub fit: f64,
+    /// Both.
+    pub total: f64,
+    /// Threads used.
+    pub threads: usize,
+}
+
+/// Something to know before relying on the result.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct WarningRecord {
+    /// Its kind; docs/report.md lists them.
+    pub kind: &'static str,
+    /// The parameter concerned, if it is one.
+    pub parameter: Option<String>,
+    /// What it is and what to do next.
+    pub text: String,
+}
+
+/// The result of several fits.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Reports {
+    /// `brdfit.reports/1`.
+    pub schema: &'static str,
+    /// One report per input and model, in the order given.
+    pub reports: Vec<Report>,
+    /// The models of each input from best to worst.
+    pub ranking: Vec<Rank>,
+    /// Inputs that could not be fitted.
+    pub failed: Vec<Failure>,
+}
+
+/// A place in the ranking.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Rank {
+    /// Index into `reports`.
+    pub index: usize,
+    /// What was compared.
+    pub criterion: &'static str,
+    /// Its value; smaller is better.
+    pub value: f64,
+}
+
+/// An input that could not be fitted.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Failure {
+    /// The file as it was named.
+    pub path: String,
+    /// Why.
+    pub error: String,
+}
+
+/// A JSON object whose members keep their order.
+#[derive(Clone, Debug)]
+pub struct InOrder<T>(pub Vec<(String, T)>);
+
+impl<T: Serialize> Serialize for InOrder<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for InOrder<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("map_of_{}", T::schema_name()).into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        BTreeMap::<String, T>::json_schema(generator)
+    }
+    fn inline_schema() -> bool {
+        true
+    }
+}
+
+/// What the caller knows beyond the fit itself.
+#[derive(Clone, Debug)]
+pub struct Circumstances {
+    /// The metric that was minimised.
+    pub metric: Metric,
+    /// Largest angle, degrees.
+    pub max_theta_deg: f64,
+    /// The options as used.
+    pub options: OptionRecord,
+    /// Times and threads.
+    pub times: Times,
+    /// Whether anything was fitted.
+    pub fitted: bool,
+}
+
+impl Report {
+    /// The report of a fit.
+    #[must_use]
+    pub fn new(
+        measurement: &Measurement,
+        expression: &Expression,
+        fit: &Fit,
+        circumstances: &Circumstances,
+    ) -> Self {
+        let table = &fit.table;
+        let wavelengths: Vec<f64> = measurement.channels.iter().filter_map(|c| c.wavelength_nm).collect();
+        let channels: Vec<String> = table.channels().to_vec();
+        let by_channel = channels.iter().cloned().zip(fit.errors.by_channel.iter().map(ErrorRecord::from));
+        let record = |(index, row)| parameter(fit, index, row, &channels);
+        Self {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            model: expression.canonical(),
+            data: Data {
+                path: measurement.source.path.display().to_string(),
+                format: measurement.source.format,
+                sha256: measurement.source.sha256.clone(),
+                wavelengths_nm: (wavelengths.len() == channels.len()).then_some(wavelengths),
+                samples: measurement.total(),
+                used: fit.used,
+                dropped: fit.dropped.clone(),
+                channels: channels.clone(),
+            },
+            filters: FilterRecord {
+                max_theta_deg: circumstances.max_theta_deg,
+                weights: fit.weighting.name(),
+            },
+            metric: circumstances.metric.name(),
+            parameters: table.rows().iter().enumerate().map(record).collect(),
+            derived: derived(expression, fit),
+            correlation: correlation(fit),
+            errors: ErrorRecord::from(&fit.errors.all),
+            errors_by_channel: InOrder(by_channel.collect()),
+            fit: FitRecord {
+                n: fit.n,
+                dof: fit.dof,
+                cost: fit.cost,
+                reduced_chi2: fit.reduced_chi2,
+                uncertainty_method: fit.covariance.as_ref().map(|c| c.method.name()),
+            },
+            selection: SelectionRecord { aicc: fit.selection.aicc, bic: fit.selection.bic, held_out: None },
+            starts: fit
+                .starts
+                .iter()
+                .map(|start| StartRecord {
+                    cost: start.cost,
+                    shapes: InOrder(start.shapes.clone()),
+                    reason: start.termination.name(),
+                })
+                .collect(),
+            termination: TerminationRecord {
+                reason: if circumstances.fitted { fit.termination.name() } else { "evaluated" },
+                usable: fit.unusable.is_none(),
+                iterations: fit.iterations,
+                evaluations: fit.evaluations,
+            },
+            options: circumstances.options.clone(),
+            time_s: circumstances.times,
+            warnings: fit
+                .warnings
+                .iter()
+                .map(|w| WarningRecord { kind: w.kind, parameter: w.parameter.clone(), text: w.text.clone() })
+                .collect(),
+        }
+    }
+
+    /// The error in the metric that was fitted.
+    #[must_use]
+    pub fn fitted_error(&self) -> f64 {
+        match self.metric {
+            "l2" => self.errors.l2,
+            "log" => self.errors.log,
+            _ => self.errors.cbrt,
+        }
+    }
+}
+
+impl Reports {
+    /// Several reports, ranked input by input.
+    #[must_use]
+    pub fn new(reports: Vec<Report>, failed: Vec<Failure>) -> Self {
+        let mut ranking: Vec<(usize, &Report)> = reports.iter().enumerate().collect();
+        let input = |report: &Report| reports.iter().position(|r| r.data.path == report.data.path);
+        ranking.sort_by(|(_, a), (_, b)| {
+            input(a).cmp(&input(b)).then(a.fitted_error().total_cmp(&b.fitted_error()))
+        });
+        let ranking = ranking
+            .into_iter()
+            .map(|(index, report)| Rank { index, criterion: report.metric, value: report.fitted_error() })
+            .collect();
+        Self { schema: SCHEMA_SEVERAL, ranking, reports, failed }
+    }
+}
+
+fn parameter(fit: &Fit, index: usize, row: &Row, channels: &[String]) -> Parameter {
+    let std_error = fit.covariance.as_ref().and_then(|c| c.std_error(index));
+    Parameter {
+        lobe: fit.table.lobes().get(row.lobe).cloned().unwrap_or_default(),
+        name: row.spec.name,
+        channel: row.channel.and_then(|c| channels.get(c)).cloned(),
+        value: row.value,
+        unit: row.spec.unit.symbol(),
+        std_error,
+        ci95: interval(fit, row.value, std_error),
+        bounds: [row.bounds.0, row.bounds.1],
+        initial: row.initial,
+        status: match row.status {
+            Status::Fixed => "fixed",
+            Status::Tied(_) => "tied",
+            Status::Free if row.at_lower() => "at-lower",
+            Status::Free if row.at_upper() => "at-upper",
+            Status::Free => "free",
+        },
+    }
+}
+
+fn interval(fit: &Fit, value: f64, std_error: Option<f64>) -> Option<[f64; 2]> {
+    let quantile = fit.covariance.as_ref()?.quantile;
+    std_error.map(|error| [value - quantile * error, value + quantile * error])
+}
+
+/// The products that a lobe declares, where both factors are fitted.
+fn derived(expression: &Expression, fit: &Fit) -> Vec<Derived> {
+    let table = &fit.table;
+    let mut derived = Vec::new();
+    for (lobe_index, lobe) in expression.lobes().iter().enumerate() {
+        let parameters = lobe.model.parameters();
+        for (first, second) in lobe.model.products() {
+            let position = |name: &str| parameters.iter().position(|spec| spec.name == name);
+            let (Some(first_at), Some(second_at)) = (position(first), position(second)) else { continue };
+            let shared = [first_at, second_at].iter().all(|p| table.places(lobe_index, *p).len() == 1);
+            let count = if shared { 1 } else { table.channels().len() };
+            for channel in 0..count {
+                let rows =
+                    (table.place(lobe_index, first_at, channel), table.place(lobe_index, second_at, channel));
+                let (Some(a), Some(b)) = rows else { continue };
+                derived.extend(product(fit, a, b).map(|(value, std_error)| Derived {
+                    name: format!("{}.{first}*{second}", lobe.name),
+                    channel: if shared { None } else { table.channels().get(channel).cloned() },
+                    value,
+                    std_error,
+                    ci95: interval(fit, value, std_error),
+                }));
+            }
+        }
+    }
+    derived
+}
+
+/// Value and standard error of the product of two rows; none unless both are fitted.
+fn product(fit: &Fit, a: usize, b: usize) -> Option<(f64, Option<f64>)> {
+    let rows = fit.table.rows();
+    let (row_a, row_b) = (rows.get(a)?, rows.get(b)?);
+    if row_a.status == Status::Fixed || row_b.status == Status::Fixed {
+        return None;
+    }
+    let (x, y) = (row_a.value, row_b.value);
+    let variance = fit.covariance.as_ref().and_then(|c| {
+        let (a, b) = (fit.table.source(a), fit.table.source(b));
+        Some(y * y * c.between(a, a)? + x * x * c.between(b, b)? + 2.0 * x * y * c.between(a, b)?)
+    });
+    Some((x * y, variance.map(|v| v.max(0.0).sqrt())))
+}
+
+fn correlation(fit: &Fit) -> Option<Correlation> {
+    /// Beyond this the matrix is larger than all the rest.
+    const MOST: usize = 100;
+    let covariance = fit.covariance.as_ref()?;
+    if fit.table.free().len() > MOST {
+        return None;
+    }
+    let entry = |a: usize| covariance.rows.iter().map(|b| covariance.correlation(a, *b)).collect();
+    Some(Correlation {
+        parameters: covariance.rows.iter().map(|row| full_name(&fit.table, *row)).collect(),
+        matrix: covariance.rows.iter().map(|row| entry(*row)).collect(),
+    })
+}
+
+fn full_name(table: &ParameterTable, row: usize) -> String {
+    table.name(row)
+}
+
+/// The JSON Schema of one report or several.
+#[must_use]
+pub fn schema() -> Schema {
+    /// Either form.
+    #[derive(JsonSchema)]
+    #[serde(untagged)]
+    #[schemars(title = "brdfit report", rename = "AnyReport")]
+    #[expect(dead_code, reason = "only its schema is used")]
+    enum Either {
+        /// One input and one model.
+        One(Box<Report>),
+        /// Several.
+        Several(Reports),
+    }
+    schemars::schema_for!(Either)
+}

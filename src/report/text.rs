@@ -1,0 +1,178 @@
+//! The report as a table for people.
+
+use super::{Parameter, Report};
+use crate::fit::Metric;
+use std::fmt::Write as _;
+
+/// Correlations beyond this are listed.
+const LISTED_CORRELATION: f64 = 0.9;
+/// At most so many of them.
+const LISTED: usize = 10;
+
+/// The report as text, ending in a newline.
+#[must_use]
+pub fn table(report: &Report) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write(&mut text, report);
+    text
+}
+
+fn write(text: &mut String, report: &Report) -> std::fmt::Result {
+    let data = &report.data;
+    let channels = match (&data.wavelengths_nm, data.channels.as_slice()) {
+        (Some(nm), [_, _, ..]) => {
+            let range = (nm.first().copied().unwrap_or(0.0), nm.last().copied().unwrap_or(0.0));
+            format!("{} wavelengths {}..{} nm", nm.len(), range.0, range.1)
+        }
+        (_, names) => format!("channels {}", names.join(", ")),
+    };
+    writeln!(text, "{} ({}, {channels})", data.path, data.format)?;
+    let dropped: Vec<String> = data.dropped.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
+    let dropped =
+        if dropped.is_empty() { String::new() } else { format!("; left out: {}", dropped.join(", ")) };
+    writeln!(text, "{} of {} samples{dropped}", data.used, data.samples)?;
+    writeln!(text, "{}", report.model)?;
+    writeln!(
+        text,
+        "metric {}, weights {}, theta up to {} deg",
+        report.metric, report.filters.weights, report.filters.max_theta_deg
+    )?;
+    writeln!(text)?;
+    parameters(text, report)?;
+    for derived in &report.derived {
+        let name = full_name(&derived.name, derived.channel.as_deref());
+        writeln!(text, "{name:<28} {}", with_error(derived.value, derived.std_error, ""))?;
+    }
+    correlations(text, report)?;
+    errors(text, report)?;
+    for warning in &report.warnings {
+        match &warning.parameter {
+            Some(parameter) => writeln!(text, "warning: {parameter}: {}", warning.text)?,
+            None => writeln!(text, "warning: {}", warning.text)?,
+        }
+    }
+    let t = &report.termination;
+    writeln!(
+        text,
+        "{}: {}, {} iterations, {:.3} s",
+        if t.usable { "usable" } else { "NOT USABLE" },
+        t.reason,
+        t.iterations,
+        report.time_s.total
+    )
+}
+
+fn full_name(base: &str, channel: Option<&str>) -> String {
+    match channel {
+        None => base.to_owned(),
+        Some(channel) => format!("{base}{}", crate::fit::channel_suffix(channel)),
+    }
+}
+
+/// Value +/- error (percent), the value to the error's second digit.
+fn with_error(value: f64, error: Option<f64>, unit: &str) -> String {
+    let Some(error) = error.filter(|e| *e > 0.0) else { return format!("{}{unit}", significant(value)) };
+    let percent = 100.0 * (error / value).abs();
+    let percent = if percent.is_finite() { format!(" ({} %)", digits(percent, 2)) } else { String::new() };
+    // A digit of the value beyond the error's second carries nothing; fifteen is all that there is.
+    let digits_kept = 2.0 + (value.abs() / error).log10().floor().max(0.0);
+    let kept = (1..=15_u8).find(|n| f64::from(*n) >= digits_kept).unwrap_or(15);
+    format!("{}{unit} +/- {}{percent}", digits(value, usize::from(kept)), digits(error, 2))
+}
+
+/// A number with six significant digits.
+fn significant(value: f64) -> String {
+    digits(value, 6)
+}
+
+/// A number with so many significant digits, in plain or scientific notation.
+fn digits(value: f64, kept: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let scientific = format!("{:.*e}", kept.saturating_sub(1), value);
+    let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    if !(-4..6).contains(&exponent) {
+        return scientific;
+    }
+    let before = usize::try_from(exponent + 1).unwrap_or(0);
+    let decimals = if exponent < 0 {
+        kept + usize::try_from(-exponent - 1).unwrap_or(0)
+    } else {
+        kept.saturating_sub(before)
+    };
+    format!("{value:.decimals$}")
+}
+
+fn parameters(text: &mut String, report: &Report) -> std::fmt::Result {
+    writeln!(text, "{:<28} {:<32} {:>10}", "parameter", "value +/- standard error", "initial")?;
+    for p in &report.parameters {
+        let name = full_name(&format!("{}.{}", p.lobe, p.name), p.channel.as_deref());
+        let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+        let value = with_error(p.value, p.std_error, &unit);
+        let initial = if p.status == "fixed" { String::new() } else { digits(p.initial, 4) };
+        writeln!(text, "{}", format!("{name:<28} {value:<32} {initial:>10}  {}", remark(p)).trim_end())?;
+    }
+    Ok(())
+}
+
+/// What is special about a parameter.
+fn remark(p: &Parameter) -> &'static str {
+    match p.status {
+        "free" if p.std_error.is_none() => "undetermined",
+        "free" => "",
+        status => status,
+    }
+}
+
+fn correlations(text: &mut String, report: &Report) -> std::fmt::Result {
+    let Some(correlation) = &report.correlation else { return Ok(()) };
+    let mut pairs: Vec<(f64, &str, &str)> = Vec::new();
+    for (i, (a, row)) in correlation.parameters.iter().zip(&correlation.matrix).enumerate() {
+        for (b, c) in correlation.parameters.iter().zip(row).skip(i + 1) {
+            pairs.extend(c.filter(|c| c.abs() > LISTED_CORRELATION).map(|c| (c, a.as_str(), b.as_str())));
+        }
+    }
+    pairs.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+    if !pairs.is_empty() {
+        writeln!(text, "\ncorrelations above {LISTED_CORRELATION}:")?;
+    }
+    for (c, a, b) in pairs.iter().take(LISTED) {
+        writeln!(text, "  {c:+.4}  {a}  {b}")?;
+    }
+    if pairs.len() > LISTED {
+        writeln!(text, "  and {} more", pairs.len() - LISTED)?;
+    }
+    Ok(())
+}
+
+fn errors(text: &mut String, report: &Report) -> std::fmt::Result {
+    let e = &report.errors;
+    let relative = e.relative.map_or_else(|| "-".to_owned(), |r| digits(r, 4));
+    let metrics: Vec<String> = Metric::ALL
+        .into_iter()
+        .zip([e.l2, e.log, e.cbrt])
+        .map(|(metric, value)| format!("{} {}", metric.name(), digits(value, 4)))
+        .collect();
+    writeln!(
+        text,
+        "\nerrors: {}, log_ratio {}, relative {relative}",
+        metrics.join(", "),
+        digits(e.log_ratio, 4)
+    )?;
+    let method = match report.fit.uncertainty_method {
+        Some("sandwich") => "sandwich: independent samples, each with its own noise",
+        Some("absolute") => "from the given sigma: independent samples",
+        _ => "none",
+    };
+    write!(
+        text,
+        "{} values, {} degrees of freedom; standard errors: {method}",
+        report.fit.n, report.fit.dof
+    )?;
+    match report.fit.reduced_chi2 {
+        Some(chi2) => writeln!(text, "; reduced chi^2 {}", digits(chi2, 4)),
+        None => writeln!(text),
+    }
+}

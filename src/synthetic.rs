@@ -1,0 +1,166 @@
+//! Synthetic measurements: a model's values at given directions, with noise of known size.
+
+use crate::error::Error;
+use crate::fit::ParameterTable;
+use crate::geometry::{Directions, Geometry, Pair, direction, spherical_degrees};
+use crate::measurement::csv_table::ANGLES;
+use crate::measurement::{Channel, Measurement};
+use crate::model::Expression;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64Mcg;
+use std::fmt::Write as _;
+
+/// Noise of a synthetic measurement: f (1 + relative N(0,1)) + absolute N(0,1); negatives are kept.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Noise {
+    /// Standard deviation relative to f.
+    pub relative: f64,
+    /// Standard deviation in 1/sr.
+    pub absolute: f64,
+}
+
+impl Noise {
+    /// Whether there is any.
+    #[must_use]
+    pub fn any(self) -> bool {
+        self.relative > 0.0 || self.absolute > 0.0
+    }
+
+    /// Standard deviation of a measurement of `f`.
+    #[must_use]
+    pub fn sigma(self, f: f64) -> f64 {
+        (self.relative * f).hypot(self.absolute)
+    }
+}
+
+/// `n` pairs of directions up to `max_theta_deg`: half uniform over both hemispheres' solid angle, half
+/// gathered about the mirror direction, where the lobes of shiny materials are.
+///
+/// A gathered pair has its half vector at an angle to the normal spread evenly in its logarithm from 0.2
+/// degrees on, so that lobes of every width are covered.
+#[must_use]
+pub fn scattered_directions(n: usize, max_theta_deg: f64, seed: u64) -> Vec<Pair> {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let limit = max_theta_deg.to_radians();
+    let turn = std::f64::consts::TAU;
+    let smallest = 0.2_f64.to_radians();
+    let mut pairs = Vec::with_capacity(n);
+    while pairs.len() < n {
+        let mut uniform = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();
+        let wi = direction(uniform(limit.cos(), 1.0).acos(), uniform(0.0, turn));
+        let wo = if pairs.len() % 2 == 0 {
+            direction(uniform(limit.cos(), 1.0).acos(), uniform(0.0, turn))
+        } else {
+            let theta_h = (uniform(smallest.ln(), limit.ln())).exp();
+            let h = direction(theta_h, uniform(0.0, turn));
+            h * (2.0 * wi.dot(h)) - wi
+        };
+        // Mirrored pairs can end below the horizon or beyond the limit.
+        if wo.z >= limit.cos() {
+            pairs.push(Pair { wi, wo });
+        }
+    }
+    pairs
+}
+
+/// The values of a model, and their standard deviation, per channel and sample.
+#[derive(Clone, Debug)]
+pub struct Values {
+    /// f with noise, 1/sr.
+    pub values: Vec<Vec<f64>>,
+    /// Standard deviation of the noise, 1/sr.
+    pub sigma: Vec<Vec<f64>>,
+}
+
+/// Evaluates a model with noise. The same seed draws the same noise.
+#[must_use]
+pub fn values(
+    expression: &Expression,
+    table: &ParameterTable,
+    directions: &Directions,
+    noise: Noise,
+    seed: u64,
+) -> Values {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ 0x5eed_0f_4015e);
+    let parameters: Vec<_> = (0..table.channels().len()).map(|c| table.formula_values(c)).collect();
+    let mut result =
+        Values { values: vec![Vec::new(); parameters.len()], sigma: vec![Vec::new(); parameters.len()] };
+    for geometry in directions.iter() {
+        for ((channel, row), deviations) in parameters.iter().zip(&mut result.values).zip(&mut result.sigma) {
+            let f: f64 = expression.value(&geometry, channel);
+            let sigma = noise.sigma(f);
+            let mut value = f;
+            if noise.any() {
+                let mut normal = || rng.sample::<f64, _>(StandardNormal);
+                value = f * (1.0 + noise.relative * normal()) + noise.absolute * normal();
+            }
+            row.push(value);
+            deviations.push(sigma);
+        }
+    }
+    result
+}
+
+/// A synthetic measurement in memory.
+#[must_use]
+pub fn measurement(
+    expression: &Expression,
+    table: &ParameterTable,
+    directions: Directions,
+    noise: Noise,
+    seed: u64,
+) -> Measurement {
+    let Values { values, sigma } = values(expression, table, &directions, noise, seed);
+    Measurement {
+        source: crate::measurement::Source { format: "synthetic", ..Default::default() },
+        channels: table.channels().iter().map(|name| Channel::named(name)).collect(),
+        directions,
+        values,
+        sigma: noise.any().then_some(sigma),
+        dropped: std::collections::BTreeMap::new(),
+    }
+}
+
+/// The measurement as CSV in this project's own format, with `comments` in its head.
+///
+/// # Errors
+/// [`Error::Usage`] if a value is not finite.
+pub fn csv(measurement: &Measurement, comments: &[String]) -> Result<String, Error> {
+    let mut text = String::new();
+    for comment in comments {
+        let _ = writeln!(text, "# {comment}");
+    }
+    let names: Vec<&str> = measurement.channels.iter().map(|c| c.name.as_str()).collect();
+    text.push_str(&ANGLES.join(","));
+    for name in &names {
+        let _ = write!(text, ",{name}");
+    }
+    if measurement.sigma.is_some() {
+        match names.as_slice() {
+            [_] => text.push_str(",sigma"),
+            several => several.iter().for_each(|name| {
+                let _ = write!(text, ",sigma_{name}");
+            }),
+        }
+    }
+    text.push('\n');
+    for (index, geometry) in measurement.directions.iter().enumerate() {
+        let mut fields = angles(&geometry).to_vec();
+        let sigma = measurement.sigma.iter().flatten();
+        fields.extend(measurement.values.iter().chain(sigma).filter_map(|row| row.get(index)));
+        if fields.iter().any(|v| !v.is_finite()) {
+            return Err(Error::Usage(format!("the model is not finite at sample {}", index + 1)));
+        }
+        let fields: Vec<String> = fields.iter().map(|v| format!("{v}")).collect();
+        text.push_str(&fields.join(","));
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+fn angles(geometry: &Geometry<f64>) -> [f64; 4] {
+    let (theta_i, phi_i) = spherical_degrees(geometry.wi.into());
+    let (theta_o, phi_o) = spherical_degrees(geometry.wo.into());
+    [theta_i, phi_i, theta_o, phi_o]
+}
