@@ -17,7 +17,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 /// Points of the scan: along one shape, along each of two, and in all over three or more.
-const POINTS: [usize; 3] = [24, 14, 300];
+const POINTS: [usize; 3] = [24, 16, 300];
 
 /// A place to start from.
 #[derive(Clone, Debug)]
@@ -133,16 +133,18 @@ pub(super) fn search(
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     let cost = |i: &usize| candidates.get(*i).map_or(f64::INFINITY, |c| c.cost);
     order.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-    // Starts far apart are more likely to lie in different basins than the best and its neighbours.
-    let distance = 2.5 / count(candidates.len().max(1)).powf(1.0 / count(axes.len().max(1)));
-    let mut chosen: Vec<usize> = Vec::new();
-    for index in order {
-        let far = |other: &usize| {
-            let (Some(a), Some(b)) = (points.get(index), points.get(*other)) else { return false };
-            a.iter().zip(b).any(|(a, b)| (a - b).abs() >= distance)
-        };
-        if chosen.len() < wanted && chosen.iter().all(far) {
-            chosen.push(index);
+    let spacing = count(candidates.len().max(1)).powf(-1.0 / count(axes.len().max(1)));
+    let near = |i: &usize, j: &usize| {
+        let (Some(a), Some(b)) = (points.get(*i), points.get(*j)) else { return false };
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1.5 * spacing)
+    };
+    // The profile's own minima come first, then the best of what lies away from them.
+    let is_minimum = |i: &usize| order.iter().take_while(|j| j != &i).all(|j| !near(i, j));
+    let minima: Vec<usize> = order.iter().copied().filter(is_minimum).collect();
+    let mut chosen: Vec<usize> = minima.into_iter().take(wanted).collect();
+    for index in &order {
+        if chosen.len() < wanted && chosen.iter().all(|other| !near(index, other)) {
+            chosen.push(*index);
         }
     }
     Ok(chosen.into_iter().filter_map(|index| candidates.get(index).cloned()).collect())

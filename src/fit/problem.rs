@@ -189,10 +189,8 @@ fn empty(parameters: usize) -> Linearisation {
 
 /// Weight of the squared residual of one sample, before normalisation.
 fn weight(samples: &Samples, target: &Target, sample: usize) -> f64 {
-    match &target.precision {
-        Some(precision) => precision.get(sample).map_or(0.0, |p| p * p),
-        None => samples.weights.get(sample).copied().unwrap_or(0.0),
-    }
+    let precision = target.precision.as_ref().map_or(1.0, |p| p.get(sample).copied().unwrap_or(0.0));
+    samples.weights.get(sample).copied().unwrap_or(0.0) * precision * precision
 }
 
 fn target(samples: &Samples, metric: Metric, cos_i: &[f64], channel: usize, values: &[f64]) -> Target {
@@ -371,10 +369,8 @@ impl<'p, 'a> Context<'p, 'a> {
         let weights = problem.samples.weights.get(samples.clone()).unwrap_or_default();
         let precision = target.precision.as_ref().map(|p| p.get(samples).unwrap_or_default());
         for (i, ((geometry, f), measured)) in block.samples().iter().zip(f.iter()).zip(measured).enumerate() {
-            let root = match precision {
-                Some(precision) => precision.get(i).copied().unwrap_or(0.0),
-                None => weights.get(i).map_or(0.0, |w| (w * problem.normalisation).sqrt()),
-            };
+            let precision = precision.map_or(1.0, |p| p.get(i).copied().unwrap_or(0.0));
+            let root = weights.get(i).map_or(0.0, |w| (w * problem.normalisation).sqrt()) * precision;
             let cos_i = geometry.cos_i();
             let (g, g_slope) = target.transform.apply(f * cos_i);
             let r = root * (g - measured);

@@ -138,15 +138,17 @@ pub struct Fit {
 }
 
 /// Samples of the scan, of the polishing of its best points, and of the check of default-fixed parameters.
-const SCAN_SAMPLES: usize = 600;
+const SCAN_SAMPLES: usize = 800;
 const POLISH_SAMPLES: usize = 6000;
 const CHECK_SAMPLES: usize = 1500;
 /// Points of the scan that are polished.
-const POLISHED: usize = 4;
+const POLISHED: usize = 5;
 /// A parameter that would lower the cost by this share when freed is worth a warning.
 const WORTH_FREEING: f64 = 0.1;
 /// An amplitude whose whole effect is below this share of the data is nothing but rounding.
 const NEGLIGIBLE_EFFECT: f64 = 1e-9;
+/// Starts whose costs agree to this have found the same minimum.
+const SAME_MINIMUM: f64 = 1e-6;
 /// Correlations beyond this are worth a warning.
 const STRONG_CORRELATION: f64 = 0.98;
 
@@ -248,7 +250,7 @@ impl Task<'_> {
         let more = self.samples.subset(POLISH_SAMPLES, seed);
         let mut best: Option<(f64, ParameterTable)> = None;
         let mut starts = Vec::new();
-        for Candidate { table, cost: _ } in candidates {
+        for Candidate { table, .. } in candidates {
             let solution = self.polish(&more, table.clone(), 60)?;
             let shapes = table
                 .free()
@@ -258,7 +260,8 @@ impl Task<'_> {
                 .map(|(index, row)| (table.name(*index), row.value))
                 .collect();
             starts.push(Start { cost: solution.cost, shapes, termination: solution.termination });
-            if best.as_ref().is_none_or(|(cost, _)| solution.cost < *cost) {
+            // Of starts that lead to the same minimum the scan's favourite is kept.
+            if best.as_ref().is_none_or(|(cost, _)| solution.cost < (1.0 - SAME_MINIMUM) * cost) {
                 let mut polished = table;
                 polished.set_coordinates(solution.x.as_slice());
                 best = Some((solution.cost, polished));

@@ -53,6 +53,17 @@ pub struct Covariance {
 /// Below this share of the largest singular value a direction is not determined by double precision.
 const RANK_TOLERANCE: f64 = 1e-11;
 
+/// Half of a 95 % interval in standard errors: the 0.975 quantile of Student's t.
+fn half_interval(dof: f64) -> f64 {
+    /// The 0.975 quantile of the normal distribution.
+    const NORMAL: f64 = 1.959_963_984_540_054;
+    if dof > 1e3 {
+        // Abramowitz and Stegun 1964, 26.7.5; the next term is below 1e-5 / dof.
+        return NORMAL + (NORMAL.powi(3) + NORMAL) / (4.0 * dof);
+    }
+    StudentsT::new(0.0, 1.0, dof).map_or(f64::NAN, |t| t.inverse_cdf(0.975))
+}
+
 impl Covariance {
     /// The covariance from the Jacobian and, for the sandwich, the scatter rows; both have one column per
     /// free parameter of `table`. None if no parameter is left or there are no degrees of freedom.
@@ -125,9 +136,8 @@ impl Covariance {
                 matrix[(i, j)] *= a * b;
             }
         }
-        // A given sigma leaves nothing to estimate, hence the normal quantile.
-        let freedom = if method == Method::Absolute { 1e9 } else { dof };
-        let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
+        // A given sigma leaves nothing to estimate: that is Student's distribution in the limit.
+        let quantile = half_interval(if method == Method::Absolute { f64::INFINITY } else { dof });
         Some(Self { method, rows, matrix, undetermined, condition: largest / smallest, quantile })
     }
 
@@ -156,5 +166,20 @@ impl Covariance {
             return Some(1.0);
         }
         (scale > 0.0).then(|| self.between(a, b).map(|c| (c / scale).clamp(-1.0, 1.0))).flatten()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::half_interval;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn quantiles_of_students_t() {
+        // Abramowitz and Stegun 1964, table 26.10, and the two branches against each other.
+        assert_relative_eq!(half_interval(1.0), 12.706, max_relative = 1e-4);
+        assert_relative_eq!(half_interval(10.0), 2.228, max_relative = 1e-3);
+        assert_relative_eq!(half_interval(999.0), half_interval(1001.0), max_relative = 1e-5);
+        assert_relative_eq!(half_interval(f64::INFINITY), 1.959_964, max_relative = 1e-6);
     }
 }

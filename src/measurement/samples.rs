@@ -4,7 +4,6 @@ use super::Measurement;
 use crate::error::Error;
 use crate::geometry::{Directions, Geometry};
 use crate::math::count;
-use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
@@ -60,7 +59,7 @@ pub struct Samples {
     pub values: Vec<Vec<f64>>,
     /// Standard deviation of f, where weights are by sigma.
     pub sigma: Option<Vec<Vec<f64>>>,
-    /// Weight per sample, 1 on average.
+    /// Weight per sample, beside any from `sigma`; 1 on average.
     pub weights: Vec<f64>,
     /// How the weights came about.
     pub weighting: Weighting,
@@ -144,19 +143,56 @@ impl Samples {
         self.directions.is_empty()
     }
 
-    /// About `wanted` of the samples, drawn evenly; all of them if there are no more.
+    /// About `wanted` of the samples, weighted to stand for all of them; all if there are no more.
+    ///
+    /// Sorted by the half vector's angle to the normal, they are divided into stretches that grow with
+    /// that angle, and one is drawn from each with the weight of the stretch: a sharp peak, which may be
+    /// a handful of samples among thousands, keeps all of them.
     #[must_use]
     pub fn subset(&self, wanted: usize, seed: u64) -> Self {
-        let all: Vec<usize> = (0..self.len()).collect();
-        let chosen = if wanted < self.len() { stratified(&all, wanted, seed) } else { all };
-        let gather = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-            rows.iter().map(|row| crate::geometry::gather(row, &chosen)).collect()
-        };
+        if wanted >= self.len() {
+            return self.clone();
+        }
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        // Cells are numbered by theta_h to begin with.
+        if !self.directions.is_grid() {
+            let sines: Vec<f64> = self.directions.iter().map(|g| g.sin2_h()).collect();
+            let sine = |i: &usize| sines.get(*i).copied().unwrap_or(f64::INFINITY);
+            order.sort_by(|a, b| sine(a).total_cmp(&sine(b)));
+        }
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        // The end of stretch k, n ((k + 1)/wanted)^2, in whole numbers.
+        let square = |k: usize| (self.len() as u128 * (k as u128).pow(2)) / (wanted as u128).pow(2);
+        let end = |k: usize| usize::try_from(square(k)).unwrap_or(usize::MAX);
+        let mut chosen: Vec<(usize, usize)> = Vec::with_capacity(wanted);
+        let mut start = 0;
+        for stretch in 1..=wanted {
+            let end = end(stretch).max(start);
+            if end > start
+                && let Some(index) = order.get(rng.random_range(start..end))
+            {
+                chosen.push((*index, end - start));
+                start = end;
+            }
+        }
+        chosen.sort_unstable();
+        let indices: Vec<usize> = chosen.iter().map(|(index, _)| *index).collect();
+        let mut subset = self.at(&indices);
+        for (weight, (_, stands_for)) in subset.weights.iter_mut().zip(&chosen) {
+            *weight *= count(*stands_for);
+        }
+        subset
+    }
+
+    /// The samples at `indices`.
+    fn at(&self, indices: &[usize]) -> Self {
+        let gather =
+            |rows: &Vec<Vec<f64>>| rows.iter().map(|row| crate::geometry::gather(row, indices)).collect();
         Self {
-            directions: self.directions.select(&chosen),
+            directions: self.directions.select(indices),
             values: gather(&self.values),
             sigma: self.sigma.as_ref().map(gather),
-            weights: crate::geometry::gather(&self.weights, &chosen),
+            weights: crate::geometry::gather(&self.weights, indices),
             weighting: self.weighting,
             dropped: self.dropped.clone(),
         }
@@ -177,11 +213,6 @@ fn stratified(from: &[usize], wanted: usize, seed: u64) -> Vec<usize> {
             from.get(rng.random_range(start..end.max(start + 1))).copied()
         })
         .collect();
-    // Strata of one element each leave no freedom; nothing to shuffle then, but order must be the file's.
-    if chosen.len() > from.len() {
-        chosen.shuffle(&mut rng);
-    }
-    chosen.sort_unstable();
     chosen.dedup();
     chosen
 }

@@ -51,7 +51,7 @@ impl Model for AshikhminShirley {
 
     fn parameters(&self) -> Vec<ParamSpec> {
         let exponent =
-            |name, summary| ParamSpec::shape(name, summary, (0.01, 1e6), (2.0, 5000.0), 30.0, Scale::Log);
+            |name, summary| ParamSpec::shape(name, summary, (0.01, 1e6), (2.0, 1e5), 30.0, Scale::Log);
         vec![
             ParamSpec::amplitude("rd", "diffuse reflectance", 1.0, 0.2),
             ParamSpec::amplitude("rs", "specular reflectance at normal incidence", 1.0, 0.05),

@@ -14,7 +14,10 @@
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
 //! | eta | 1 | 0.01..100 | refractive index; 0.2 gold in the red, 30 metals at 5 um |
-//! | k | 1 | 0..200 | extinction coefficient; 3 to 7 metals in the visible |
+//! | k | 1 | 0.001..200 | extinction coefficient; 3 to 7 metals in the visible |
+//!
+//! F depends on k^2 alone, so that k = 0 is a stationary point at which a fit could get stuck; the lower
+//! bound differs from it by less than 1e-6 in F. A material without absorption is `dielectric`.
 
 use super::FresnelReflectance;
 use crate::math::{Real, Scalar};
@@ -27,7 +30,7 @@ impl FresnelReflectance for Conductor {
         vec![
             ParamSpec::shape("eta", "refractive index", (0.01, 100.0), (0.2, 4.0), 1.5, Scale::Log)
                 .per_channel(),
-            ParamSpec::shape("k", "extinction coefficient", (0.0, 200.0), (0.3, 7.0), 2.0, Scale::Linear)
+            ParamSpec::shape("k", "extinction coefficient", (1e-3, 200.0), (0.3, 7.0), 2.0, Scale::Log)
                 .per_channel(),
         ]
     }

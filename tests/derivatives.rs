@@ -1,0 +1,258 @@
+//! Every derivative of every model in the registry, against a second differentiation (num-dual) and
+//! against central differences.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+use brdfit::fit::{LeastSquares, Metric, ParameterTable, ReflectanceProblem, Selector, Setting};
+use brdfit::geometry::{Block, Directions, Geometry, direction};
+use brdfit::math::Scalar;
+use brdfit::measurement::{Filters, Samples};
+use brdfit::model::{AnyModel, BasisBlock, Choices, Expression, REGISTRY, Role, Scale};
+use brdfit::synthetic::{Noise, measurement, scattered_directions};
+use nalgebra::DVector;
+use num_dual::{Dual64, DualNum};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// num-dual's number in the form that the formulas are generic over.
+#[derive(Clone, Copy, Debug)]
+struct Second(Dual64);
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl $trait for Second {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                Self(self.0 $op other.0)
+            }
+        }
+        impl $trait<f64> for Second {
+            type Output = Self;
+            fn $method(self, other: f64) -> Self {
+                Self(self.0 $op other)
+            }
+        }
+    };
+}
+operator!(Add, add, +);
+operator!(Sub, sub, -);
+operator!(Mul, mul, *);
+operator!(Div, div, /);
+
+impl Neg for Second {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl Scalar for Second {
+    type Real = f64;
+    fn from_real(value: f64) -> Self {
+        Self(Dual64::from_re(value))
+    }
+    fn value(self) -> f64 {
+        self.0.re
+    }
+    fn exp(self) -> Self {
+        Self(self.0.exp())
+    }
+    fn ln(self) -> Self {
+        Self(self.0.ln())
+    }
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt())
+    }
+    fn sin(self) -> Self {
+        Self(self.0.sin())
+    }
+    fn erfc(self) -> Self {
+        // num-dual has no error function; its derivative is the definition.
+        let x = self.0.re;
+        let slope = -2.0 / std::f64::consts::PI.sqrt() * (-x * x).exp();
+        Self(Dual64::new(libm::erfc(x), slope * self.0.eps))
+    }
+    fn if_less(a: f64, b: f64, then: Self, otherwise: Self) -> Self {
+        if a < b { then } else { otherwise }
+    }
+}
+
+/// A random value within the typical range of each parameter, in formula units.
+fn random_parameters(model: &AnyModel, rng: &mut Pcg64Mcg) -> (Vec<f64>, Vec<f64>) {
+    let (mut shapes, mut amplitudes) = (Vec::new(), Vec::new());
+    for spec in model.parameters() {
+        let (low, high) = match spec.role {
+            Role::Shape => spec.typical,
+            Role::Amplitude => (0.05, spec.bounds.1.min(2.0) * 0.95),
+        };
+        let u: f64 = rng.random();
+        let value = match spec.scale {
+            Scale::Linear => low + (high - low) * u,
+            Scale::Log => (low.ln() + (high.ln() - low.ln()) * u).exp(),
+        };
+        match spec.role {
+            Role::Shape => shapes.push(value * spec.unit.factor()),
+            Role::Amplitude => amplitudes.push(value),
+        }
+    }
+    (shapes, amplitudes)
+}
+
+/// Directions over the hemisphere, a quarter of them within a degree of grazing, a quarter mirror-like.
+fn random_geometry(rng: &mut Pcg64Mcg, kind: usize) -> Geometry<f64> {
+    let degree = std::f64::consts::PI / 180.0;
+    let mut angle = |low: f64, high: f64| (low + (high - low) * rng.random::<f64>()) * degree;
+    let (theta_i, phi_i) = (angle(0.0, 89.0), angle(0.0, 360.0));
+    let (theta_o, phi_o) = match kind % 4 {
+        0 => (angle(89.0, 89.999), angle(0.0, 360.0)),
+        1 => ((theta_i + angle(-1.0, 1.0)).abs(), phi_i + 180.0 * degree + angle(-1.0, 1.0)),
+        _ => (angle(0.0, 89.0), angle(0.0, 360.0)),
+    };
+    Geometry::new(direction(theta_i, phi_i).to_array(), direction(theta_o, phi_o).to_array())
+}
+
+/// |ln| of the exponential or power factor of a model: so many digits its argument costs the result.
+fn log_factor(model: &AnyModel, choices: &Choices, g: &Geometry<f64>, shapes: &[f64]) -> f64 {
+    let theta_h = g.sin2_h().sqrt().atan2(g.cos_h());
+    match (model.name(), choices.get("d")) {
+        (_, "beckmann") => g.tan2_h() / shapes[0].powi(2),
+        (_, "blinn-phong") => (2.0 / shapes[0].powi(2) - 2.0) * g.ln_cos_h().abs(),
+        (_, "gaussian") => (theta_h / shapes[0]).powi(2),
+        ("ashikhmin-shirley", _) => {
+            (shapes[0] * g.h[0].powi(2) + shapes[1] * g.h[1].powi(2)) * (g.ln_cos_h() / g.sin2_h()).abs()
+        }
+        _ => 0.0,
+    }
+}
+
+/// f and its derivatives from the block evaluation that the fit uses: shapes, then amplitudes.
+fn by_blocks(model: &AnyModel, g: Geometry<f64>, shapes: &[f64], amplitudes: &[f64]) -> (f64, Vec<f64>) {
+    let mut block = Block::new();
+    block.fill(std::iter::once(g));
+    let mut basis = BasisBlock::default();
+    model.differentiate(&block, shapes, &mut basis);
+    let coefficients = model.coefficients(amplitudes);
+    let sum = |rows: &[Vec<f64>], a: &[f64]| rows.iter().zip(a).map(|(row, a)| row[0] * a).sum::<f64>();
+    let mut derivatives: Vec<f64> =
+        basis.partials.iter().map(|rows| sum(rows, &coefficients.values)).collect();
+    derivatives.extend(coefficients.partials.iter().map(|partials| sum(&basis.values, partials)));
+    (sum(&basis.values, &coefficients.values), derivatives)
+}
+
+/// Runs a check on every variant of every model at random parameters and directions.
+fn for_every_model(cases: usize, check: impl Fn(&str, &AnyModel, &Choices, Geometry<f64>, &[f64], &[f64])) {
+    for entry in REGISTRY {
+        for (model, choices) in entry.variants() {
+            let name = format!("{}({})", entry.name, choices.text());
+            let mut rng = Pcg64Mcg::seed_from_u64(7);
+            for case in 0..cases {
+                let (shapes, amplitudes) = random_parameters(&model, &mut rng);
+                let geometry = random_geometry(&mut rng, case);
+                check(&name, &model, &choices, geometry, &shapes, &amplitudes);
+            }
+        }
+    }
+}
+
+#[test]
+fn agree_with_num_dual() {
+    for_every_model(400, |name, model, choices, g, shapes, amplitudes| {
+        let (f, derivatives) = by_blocks(model, g, shapes, amplitudes);
+        let values: Vec<f64> = shapes.iter().chain(amplitudes).copied().collect();
+        let slack = (log_factor(model, choices, &g, shapes) / 16.0).max(1.0);
+        for (j, ours) in derivatives.iter().enumerate() {
+            let seeded: Vec<Second> = values
+                .iter()
+                .enumerate()
+                .map(|(i, v)| Second(Dual64::new(*v, if i == j { 1.0 } else { 0.0 })))
+                .collect();
+            let second: Second = model.value(&g, &seeded[..shapes.len()], &seeded[shapes.len()..]);
+            let theirs = second.0.eps;
+            let scale = theirs.abs().max((f / values[j]).abs());
+            assert!(
+                (f - second.0.re).abs() <= 1e-12 * f.abs() && (ours - theirs).abs() <= 1e-10 * slack * scale,
+                "{name}, parameter {j} of {values:?} at {g:?}: {ours} against {theirs}, f = {f}"
+            );
+        }
+    });
+}
+
+#[test]
+fn agree_with_central_differences() {
+    for_every_model(200, |name, model, choices, g, shapes, amplitudes| {
+        let (f, derivatives) = by_blocks(model, g, shapes, amplitudes);
+        if f.abs() < 1e-250 {
+            return;
+        }
+        let values: Vec<f64> = shapes.iter().chain(amplitudes).copied().collect();
+        let steepness = 1.0 + log_factor(model, choices, &g, shapes);
+        for (j, ours) in derivatives.iter().enumerate() {
+            let at = |value: f64| {
+                let mut moved = values.clone();
+                moved[j] = value;
+                model.value::<f64>(&g, &moved[..shapes.len()], &moved[shapes.len()..])
+            };
+            // Richardson's extrapolation of two steps, each short against the steepness of the factor.
+            let difference = |step: f64| (at(values[j] + step) - at(values[j] - step)) / (2.0 * step);
+            let step = 1e-3 * values[j] / steepness;
+            let expected = (4.0 * difference(step / 2.0) - difference(step)) / 3.0;
+            let scale = expected.abs().max((f / values[j]).abs());
+            assert!(
+                (ours - expected).abs() <= 1e-7 * scale * steepness,
+                "{name}, parameter {j} of {values:?} at {g:?}: {ours} against {expected}"
+            );
+        }
+    });
+}
+
+/// The gradient that reaches the solver against differences of the cost: coordinates, units, shared and
+/// per-channel parameters, ties, weights and every metric.
+#[test]
+fn gradient_of_the_cost() {
+    let expressions =
+        ["lambert + cook-torrance(f=conductor)", "oren-nayar + cook-torrance", "ashikhmin-shirley"];
+    let channels = ["r", "g"].map(str::to_owned);
+    for text in expressions {
+        let expression = Expression::parse(text).unwrap();
+        let mut settings = Vec::new();
+        if text.contains("oren-nayar") {
+            settings.push((Selector::parse("m").unwrap(), Setting::PerChannel));
+            settings.push((Selector::parse("f0").unwrap(), Setting::Shared));
+            settings.push((Selector::parse("ks").unwrap(), Setting::Free));
+            settings.push((
+                Selector::parse("albedo.g").unwrap(),
+                Setting::Tie(Selector::parse("albedo.r").unwrap()),
+            ));
+        }
+        let truth = ParameterTable::new(&expression, &channels, false, &settings).unwrap();
+        let directions = Directions::Scattered(scattered_directions(300, 80.0, 3));
+        let noise = Noise { relative: 0.1, absolute: 1e-3 };
+        let measured = measurement(&expression, &truth, directions, noise, 5);
+        for weighting in [None, Some(brdfit::measurement::Weighting::Sigma)] {
+            let filters = Filters { weighting, ..Filters::default() };
+            let samples = Samples::select(&measured, &filters).unwrap();
+            for metric in Metric::ALL {
+                let problem = ReflectanceProblem::new(&expression, &samples, truth.clone(), metric);
+                let x = DVector::from_vec(truth.coordinates()).map(|v| v * 1.1 + 0.01);
+                let model = problem.linearise(&x);
+                let gradient = 2.0 * model.jacobian.tr_mul(&model.residual);
+                for j in 0..x.len() {
+                    let cost = |step: f64| {
+                        let mut moved = x.clone();
+                        moved[j] += step;
+                        problem.linearise(&moved).cost
+                    };
+                    let step = 1e-4 * x[j].abs().max(0.1);
+                    let difference = |h: f64| (cost(h) - cost(-h)) / (2.0 * h);
+                    let expected = (4.0 * difference(step / 2.0) - difference(step)) / 3.0;
+                    let scale = expected.abs().max(1e-4 * gradient.amax());
+                    assert!(
+                        (gradient[j] - expected).abs() <= 1e-6 * scale,
+                        "{text} {metric:?} {weighting:?}, coordinate {j}: {} against {expected}",
+                        gradient[j]
+                    );
+                }
+            }
+        }
+    }
+}
