@@ -73,6 +73,9 @@ pub struct Values {
     pub sigma: Vec<Vec<f64>>,
 }
 
+/// Tells the stream of noise from that of directions with the same seed.
+const NOISE_STREAM: u64 = 0x6e6f_6973_6500;
+
 /// Evaluates a model with noise. The same seed draws the same noise.
 #[must_use]
 pub fn values(
@@ -82,7 +85,7 @@ pub fn values(
     noise: Noise,
     seed: u64,
 ) -> Values {
-    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ 0x5eed_0f_4015e);
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ NOISE_STREAM);
     let parameters: Vec<_> = (0..table.channels().len()).map(|c| table.formula_values(c)).collect();
     let mut result =
         Values { values: vec![Vec::new(); parameters.len()], sigma: vec![Vec::new(); parameters.len()] };

@@ -403,25 +403,26 @@ fn damped_solution(
     columns: &[usize],
 ) -> DVector<f64> {
     let mut held = p.clone();
-    columns.iter().for_each(|&j| held[j] = 0.0);
+    for j in columns {
+        held.get_mut(*j).into_iter().for_each(|value| *value = 0.0);
+    }
     let target = -(&model.jacobian * held + &model.residual);
     let (rows, n) = (model.jacobian.nrows(), columns.len());
     // Columns of unit length: the solution does not depend on the parameters' units.
+    let units = scale.select_rows(columns);
     let mut stacked = DMatrix::zeros(rows + n, n);
-    for (k, &j) in columns.iter().enumerate() {
-        stacked.view_mut((0, k), (rows, 1)).copy_from(&(model.jacobian.column(j) / scale[j]));
-        stacked[(rows + k, k)] = lambda.max(LAMBDA_FLOOR).sqrt();
+    let mut upper = stacked.rows_mut(0, rows);
+    upper.copy_from(&model.jacobian.select_columns(columns));
+    for (mut column, unit) in upper.column_iter_mut().zip(units.iter()) {
+        column /= *unit;
     }
+    stacked.rows_mut(rows, n).fill_diagonal(lambda.max(LAMBDA_FLOOR).sqrt());
     let mut right = DVector::zeros(rows + n);
     right.rows_mut(0, rows).copy_from(&target);
     let qr = stacked.qr();
     qr.q_tr_mul(&mut right);
     let solved = qr.r().solve_upper_triangular(&right.rows(0, n).into_owned());
-    let mut solved = solved.unwrap_or_else(|| DVector::from_element(n, f64::NAN));
-    for (value, &j) in solved.iter_mut().zip(columns) {
-        *value /= scale[j];
-    }
-    solved
+    solved.map_or_else(|| DVector::from_element(n, f64::NAN), |solved| solved.component_div(&units))
 }
 
 /// Passes argmin's iterations on.

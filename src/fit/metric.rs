@@ -90,7 +90,7 @@ mod tests {
     fn slopes_match_differences() {
         for metric in Metric::ALL {
             let transform = metric.transform(0.1);
-            for x in [-0.3, 0.0, 1e-8, 1e-3, 0.5, 40.0] {
+            for x in [-0.3_f64, 0.0, 1e-8, 1e-3, 0.5, 40.0] {
                 let step = 1e-6 * (x.abs() + 1e-7);
                 let (above, below) = (transform.apply(x + step).0, transform.apply(x - step).0);
                 let slope = transform.apply(x).1;

@@ -341,7 +341,7 @@ impl ParameterTable {
             let name = self.name(index);
             let Some(row) = self.rows.get_mut(index) else { continue };
             let (lower, upper) = row.bounds;
-            if !(lower < upper) {
+            if lower.partial_cmp(&upper) != Some(std::cmp::Ordering::Less) {
                 return Err(Error::Usage(format!(
                     "--bounds {name}: expected the lower bound below the upper, found {lower}..{upper}"
                 )));

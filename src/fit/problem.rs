@@ -173,9 +173,10 @@ impl<'a> ReflectanceProblem<'a> {
         for (layout, triangle) in self.layouts.iter().zip(&total.triangles) {
             for (k, entries) in triangle.rows().iter().take(layout.columns.len()).enumerate() {
                 for (column, entry) in layout.columns.iter().skip(k).zip(entries) {
-                    jacobian[(row, *column)] = *entry;
+                    jacobian.get_mut((row, *column)).into_iter().for_each(|place| *place = *entry);
                 }
-                residual[row] = entries.last().copied().unwrap_or(0.0);
+                let last = entries.last().copied().unwrap_or(0.0);
+                residual.get_mut(row).into_iter().for_each(|place| *place = last);
                 row += 1;
             }
         }

@@ -83,12 +83,13 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::count;
     use nalgebra::DMatrix;
 
     #[test]
     fn keeps_the_normal_matrix() {
         let rows = 37;
-        let entry = |i: usize, j: usize| ((i * 7 + j * 13) % 11) as f64 - 4.0 + 0.1 * j as f64;
+        let entry = |i: usize, j: usize| count((i * 7 + j * 13) % 11) - 4.0 + 0.1 * count(j);
         let full = DMatrix::from_fn(rows, 4, entry);
         let (mut first, mut second) = (Triangle::new(4), Triangle::new(4));
         let columns = |range: std::ops::Range<usize>| -> Vec<Vec<f64>> {

@@ -131,11 +131,8 @@ impl Covariance {
             .zip(lengths.iter())
             .map(|(row, length)| table.rows().get(*row).map_or(0.0, super::parameters::Row::stretch) / length)
             .collect();
-        for (i, a) in units.iter().enumerate() {
-            for (j, b) in units.iter().enumerate() {
-                matrix[(i, j)] *= a * b;
-            }
-        }
+        let units = DVector::from_vec(units);
+        matrix.component_mul_assign(&(&units * units.transpose()));
         // A given sigma leaves nothing to estimate: that is Student's distribution in the limit.
         let quantile = half_interval(if method == Method::Absolute { f64::INFINITY } else { dof });
         Some(Self { method, rows, matrix, undetermined, condition: largest / smallest, quantile })
@@ -149,13 +146,13 @@ impl Covariance {
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;
-        Some(self.matrix[(i, i)].sqrt()).filter(|e| e.is_finite())
+        self.matrix.get((i, i)).map(|variance| variance.sqrt()).filter(|e| e.is_finite())
     }
 
     /// Covariance of the parameters in two rows.
     #[must_use]
     pub fn between(&self, a: usize, b: usize) -> Option<f64> {
-        Some(self.matrix[(self.position(a)?, self.position(b)?)])
+        self.matrix.get((self.position(a)?, self.position(b)?)).copied()
     }
 
     /// Correlation of the parameters in two rows, -1..1.

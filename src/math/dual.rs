@@ -62,6 +62,7 @@ impl<R: Real, const N: usize> Sub for Dual<R, N> {
     }
 }
 
+#[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
 impl<R: Real, const N: usize> Mul for Dual<R, N> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
@@ -70,6 +71,7 @@ impl<R: Real, const N: usize> Mul for Dual<R, N> {
     }
 }
 
+#[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule multiplies and subtracts")]
 impl<R: Real, const N: usize> Div for Dual<R, N> {
     type Output = Self;
     fn div(self, other: Self) -> Self {

@@ -89,8 +89,11 @@ impl std::str::FromStr for Expression {
     }
 }
 
+/// Choices as written, option and value.
+type Given = Vec<(String, String)>;
+
 /// Splits `name(key=value, key=value)`.
-fn split_term(term: &str) -> Result<(&str, Vec<(String, String)>), Error> {
+fn split_term(term: &str) -> Result<(&str, Given), Error> {
     let wrong =
         |expected: &str| Err(Error::Usage(format!("model: expected {expected}, found {}", excerpt(term))));
     let Some((name, rest)) = term.split_once('(') else {

@@ -73,7 +73,7 @@ fn read(file: &File<'_>, options: &ReadOptions) -> Result<Measurement, Error> {
     }));
 
     let mut cells: Vec<u32> = Vec::with_capacity(HalfDifferenceGrid::CELLS);
-    let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(HalfDifferenceGrid::CELLS); 3];
+    let mut values: Vec<Vec<f64>> = (0..3).map(|_| Vec::with_capacity(HalfDifferenceGrid::CELLS)).collect();
     let mut dropped: BTreeMap<&'static str, usize> = BTreeMap::new();
     let stored = red.chunks_exact(8).zip(green.chunks_exact(8)).zip(blue.chunks_exact(8));
     for (cell, ((r, g), b)) in (0_u32..).zip(stored) {

@@ -78,6 +78,7 @@ fresnels! {
 }
 
 #[cfg(test)]
+#[expect(clippy::excessive_precision, reason = "golden values stand as computed, to 17 digits")]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
