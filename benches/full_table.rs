@@ -3,7 +3,13 @@
 //! Without files it makes one of a satin material. Prints a table of medians over repeated runs; the last
 //! recorded one is in docs/performance.md. Times are wall-clock and depend on the machine; nothing fails
 //! on them.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing, clippy::print_stdout)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    clippy::print_stdout
+)]
 
 use brdfit::fit::ParameterTable;
 use brdfit::geometry::{Directions, HalfDifferenceGrid};

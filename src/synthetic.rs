@@ -122,6 +122,7 @@ pub fn measurement(
         values,
         sigma: noise.any().then_some(sigma),
         dropped: std::collections::BTreeMap::new(),
+        doubts: Vec::new(),
     }
 }
 

@@ -4,11 +4,11 @@ use super::fit::ReportArguments;
 use super::input::{ReadArguments, SampleArguments};
 use super::output::{Output, json};
 use super::settings::values;
-use super::{Outcome, say};
+use super::{Outcome, say, show};
 use brdfit::Error;
 use brdfit::fit::{Options, Setting, evaluate};
 use brdfit::model::Expression;
-use brdfit::report::{Circumstances, OptionRecord, Report, Times, table};
+use brdfit::report::{Circumstances, OptionRecord, Report, Times};
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,7 +18,7 @@ use std::time::Instant;
 pub struct Arguments {
     /// Measurement: MERL .binary, Cornell text, or CSV
     #[arg(value_name = "INPUT")]
-    input: PathBuf,
+    input: Option<PathBuf>,
     /// Model expression
     #[arg(short, long = "model", value_name = "EXPR")]
     model: String,
@@ -36,16 +36,18 @@ pub struct Arguments {
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let expression = Expression::parse(&arguments.model)?;
+    let (input, set) = input_and_settings(arguments)?;
+    arguments.report.check_inputs(std::slice::from_ref(&input))?;
     let options = Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
-        settings: values("--set", &arguments.set, Setting::Set)?,
+        settings: values("--set", set, Setting::Set)?,
         seed: arguments.samples.seed(),
         ..Options::default()
     };
     let output = arguments.report.file().map(Output::open).transpose()?;
     let started = Instant::now();
-    let measurement = arguments.read.read(&arguments.input)?;
+    let measurement = arguments.read.read(&input)?;
     let read = started.elapsed().as_secs_f64();
     let result = evaluate(&measurement, &expression, &options)?;
     let total = started.elapsed().as_secs_f64();
@@ -57,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             seed: options.seed,
             merl_bins: arguments.read.merl_bins(),
             timeout_s: None,
-            parameters: arguments.set.iter().map(|text| format!("--set {text}")).collect(),
+            parameters: set.iter().map(|text| format!("--set {text}")).collect(),
         },
         times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
         fitted: false,
@@ -66,11 +68,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let text = json(&report)?;
     if arguments.report.json_alone() {
         say(&text)?;
-    } else if !arguments.report.quiet() {
-        say(&table(&report))?;
     }
+    show(&report, !arguments.report.json_alone(), arguments.report.quiet(), false)?;
     if let Some(output) = output {
         output.commit(text.as_bytes())?;
     }
     Ok(if report.termination.usable { Outcome::Good } else { Outcome::NotUsable })
+}
+
+/// The input and the settings. `--set kd=0.5 FILE` reads as if FILE were a setting; it is the input.
+fn input_and_settings(arguments: &Arguments) -> Result<(PathBuf, &[String]), Error> {
+    match (&arguments.input, arguments.set.split_last()) {
+        (Some(input), _) => Ok((input.clone(), &arguments.set)),
+        (None, Some((last, rest))) if !last.contains('=') => Ok((PathBuf::from(last), rest)),
+        _ => Err(Error::Usage("expected an INPUT, a measurement to evaluate, found none".to_owned())),
+    }
 }

@@ -4,11 +4,11 @@ use super::input::{ReadArguments, SampleArguments};
 use super::output::{Output, json};
 use super::progress::Bar;
 use super::settings::SettingArguments;
-use super::{Outcome, complain, say};
+use super::{Outcome, complain, say, show};
 use brdfit::Error;
 use brdfit::fit::{Options, Progress, fit};
 use brdfit::model::Expression;
-use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times, table};
+use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
 use clap::Args;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "S")]
     timeout: Option<f64>,
     /// Threads; by default one per core
-    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
     threads: Option<usize>,
 }
 
@@ -66,6 +66,15 @@ impl ReportArguments {
         self.quiet
     }
 
+    /// Refuses to replace a measurement by its report.
+    pub fn check_inputs(&self, inputs: &[PathBuf]) -> Result<(), Error> {
+        let output = self.file().and_then(|path| path.canonicalize().ok()).filter(|path| path.is_file());
+        let same = |input: &&PathBuf| output.is_some() && input.canonicalize().ok() == output;
+        inputs.iter().find(same).map_or(Ok(()), |input| {
+            Err(Error::Usage(format!("-o {}: expected another file than the input", input.display())))
+        })
+    }
+
     /// The file to write.
     pub fn file(&self) -> Option<&Path> {
         self.output.as_deref().filter(|path| *path != Path::new("-"))
@@ -78,7 +87,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
     let started = Instant::now();
     let options = options(arguments, started)?;
-    let mut outputs = Outputs::open(arguments)?;
+    arguments.report.check_inputs(&arguments.inputs)?;
+    arguments.read.check()?;
+    let outputs = Outputs::open(arguments)?;
     let stop = options.stop.clone().unwrap_or_default();
     listen_for_interrupts(&stop);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -98,15 +109,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         match pool.install(|| fit_input(arguments, path, &expressions, &options)) {
             Ok(reports) => {
                 usable &= reports.iter().all(|report| report.termination.usable);
-                for report in
-                    reports.iter().filter(|_| !arguments.report.quiet() && !arguments.report.json_alone())
-                {
-                    let gap = if all.is_empty() && report.model == reports.first().map_or("", |r| &r.model) {
-                        ""
-                    } else {
-                        "\n"
-                    };
-                    say(&format!("{gap}{}", table(report)))?;
+                let as_table = !arguments.report.json_alone();
+                for (n, report) in reports.iter().enumerate() {
+                    if as_table && !arguments.report.quiet() && (n > 0 || !all.is_empty()) {
+                        say("\n")?;
+                    }
+                    show(report, as_table, arguments.report.quiet(), !single)?;
                 }
                 outputs.input_done(index, &reports)?;
                 all.extend(reports);
@@ -114,13 +122,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             // One input alone: its error is the command's.
             Err(error) if arguments.inputs.len() == 1 => return Err(error),
             Err(error) => {
-                complain(&error.to_string());
+                // The same mistake in the options is the same for every input: once is enough.
+                if failed.iter().all(|failure| failure.error != error.to_string()) {
+                    complain(&error.to_string());
+                }
                 failed.push(Failure { path: path.display().to_string(), error: error.to_string() });
             }
         }
     }
     if all.is_empty() {
-        return Err(Error::Usage(format!("none of the {} inputs could be fitted", arguments.inputs.len())));
+        return Ok(Outcome::NothingDone);
     }
     let good = usable && failed.is_empty();
     let text = match (single, all.as_slice()) {
@@ -140,17 +151,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(if good { Outcome::Good } else { Outcome::NotUsable })
 }
 
+/// A whole number of at least 1.
+pub fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "expected a whole number of at least 1".to_owned())
+}
+
 fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
     let deadline = arguments
         .timeout
         .map(|seconds| {
-            Duration::try_from_secs_f64(seconds)
-                .ok()
-                .filter(|d| !d.is_zero())
-                .and_then(|limit| started.checked_add(limit))
-                .ok_or_else(|| Error::Usage(format!("--timeout: expected seconds above 0, found {seconds}")))
+            if !(seconds > 0.0 && seconds.is_finite()) {
+                return Err(Error::Usage(format!("--timeout: expected seconds above 0, found {seconds}")));
+            }
+            // A moment beyond what the clock can count never comes.
+            Ok(Duration::try_from_secs_f64(seconds).ok().and_then(|limit| started.checked_add(limit)))
         })
-        .transpose()?;
+        .transpose()?
+        .flatten();
     Ok(Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
@@ -232,9 +249,9 @@ fn ranking(reports: &Reports) -> String {
 enum Outputs {
     None,
     /// Everything in one file.
-    One(Option<Output>),
-    /// One per input.
-    Folder(Vec<Option<Output>>),
+    One(Output),
+    /// One per input, in a folder.
+    Folder(PathBuf, Vec<PathBuf>),
 }
 
 impl Outputs {
@@ -242,11 +259,18 @@ impl Outputs {
         let Some(path) = arguments.report.file() else { return Ok(Self::None) };
         let asked_for_folder = path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR);
         if !path.is_dir() && !asked_for_folder {
-            return Ok(Self::One(Some(Output::open(path)?)));
+            return Ok(Self::One(Output::open(path)?));
         }
-        std::fs::create_dir_all(path).map_err(Error::write(path))?;
+        if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty() && !p.is_dir()) {
+            let error = std::io::Error::from(std::io::ErrorKind::NotFound);
+            return Err(Error::write(parent)(error));
+        }
+        let as_file = path.to_string_lossy();
+        if Path::new(as_file.trim_end_matches(std::path::MAIN_SEPARATOR)).is_file() {
+            return Err(Error::Usage(format!("-o {as_file}: expected a folder, found a file")));
+        }
         let mut taken = HashSet::new();
-        let mut outputs = Vec::new();
+        let mut paths = Vec::new();
         for input in &arguments.inputs {
             let stem =
                 input.file_stem().map_or_else(|| "report".into(), |s| s.to_string_lossy().into_owned());
@@ -255,26 +279,31 @@ impl Outputs {
                 .map(|n| if n == 1 { stem.clone() } else { format!("{stem}-{n}") })
                 .find(|name| taken.insert(name.clone()))
                 .unwrap_or(stem);
-            outputs.push(Some(Output::open(&path.join(format!("{name}.json")))?));
+            paths.push(path.join(format!("{name}.json")));
         }
-        Ok(Self::Folder(outputs))
+        // A folder that is there is tried at once; one that is not is made once there is something for it.
+        if path.is_dir() {
+            paths.iter().try_for_each(|path| Output::open(path).map(drop))?;
+        }
+        Ok(Self::Folder(path.to_owned(), paths))
     }
 
     /// Writes the reports of one input, where each has its own file.
-    fn input_done(&mut self, index: usize, reports: &[Report]) -> Result<(), Error> {
-        let Self::Folder(outputs) = self else { return Ok(()) };
-        let Some(output) = outputs.get_mut(index).and_then(Option::take) else { return Ok(()) };
+    fn input_done(&self, index: usize, reports: &[Report]) -> Result<(), Error> {
+        let Self::Folder(folder, paths) = self else { return Ok(()) };
+        let Some(path) = paths.get(index) else { return Ok(()) };
+        std::fs::create_dir_all(folder).map_err(Error::write(folder))?;
         let text = match reports {
             [only] => json(only)?,
             several => json(&Reports::new(several.to_vec(), Vec::new()))?,
         };
-        output.commit(text.as_bytes())
+        Output::open(path)?.commit(text.as_bytes())
     }
 
     /// Writes everything, where that is one file.
-    fn all_done(&mut self, text: &str) -> Result<(), Error> {
+    fn all_done(self, text: &str) -> Result<(), Error> {
         match self {
-            Self::One(output) => output.take().map_or(Ok(()), |output| output.commit(text.as_bytes())),
+            Self::One(output) => output.commit(text.as_bytes()),
             _ => Ok(()),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::input::ReadArguments;
 use super::output::json;
-use super::{Outcome, say};
+use super::{Outcome, remark, say};
 use brdfit::Error;
 use brdfit::measurement::formats::genuine_merl;
 use brdfit::measurement::{ALBEDO_LIMIT_DEG, Coverage, Measurement, coverage};
@@ -45,6 +45,8 @@ struct InfoRecord {
     in_plane: bool,
     /// Relative root mean square difference of swapped pairs, and their number.
     reciprocity: Option<ReciprocityRecord>,
+    /// What the reader found odd.
+    doubts: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -68,11 +70,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let measurement = arguments.read.read(&arguments.input)?;
     if measurement.directions.is_empty() {
         let reasons: Vec<String> = measurement.dropped.iter().map(|(why, n)| format!("{n} {why}")).collect();
-        let reason = if reasons.is_empty() { "the file is empty".to_owned() } else { reasons.join(", ") };
+        let reason =
+            if reasons.is_empty() { "the file has no rows of data".to_owned() } else { reasons.join(", ") };
         return Err(Error::NoSamples { path: arguments.input.clone(), reason });
     }
     let record = record(&measurement, &coverage(&measurement));
     say(&if arguments.json { json(&record)? } else { text(&record) })?;
+    record.doubts.iter().for_each(|doubt| remark(&format!("warning: {doubt}")));
     Ok(Outcome::Good)
 }
 
@@ -105,6 +109,7 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         reciprocity: coverage
             .reciprocity
             .map(|(relative_rms, pairs)| ReciprocityRecord { relative_rms, pairs }),
+        doubts: measurement.doubts.iter().map(|(_, text)| text.clone()).collect(),
     }
 }
 

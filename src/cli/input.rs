@@ -2,7 +2,7 @@
 
 use brdfit::Error;
 use brdfit::fit::Metric;
-use brdfit::measurement::formats::{BinPosition, ReadOptions, read};
+use brdfit::measurement::formats::{BinPosition, ReadOptions, named, read};
 use brdfit::measurement::{Filters, Measurement, Weighting};
 use clap::Args;
 use clap::ValueEnum;
@@ -34,6 +34,11 @@ impl ReadArguments {
             Bins::Center => "center",
             Bins::Edge => "edge",
         }
+    }
+
+    /// Checks the format's name before any file is read.
+    pub fn check(&self) -> Result<(), Error> {
+        self.format.as_deref().map_or(Ok(()), |name| named(name).map(drop))
     }
 
     /// Reads a measurement.

@@ -13,7 +13,9 @@ mod settings;
 mod synth;
 
 use brdfit::Error;
-use clap::{Parser, Subcommand};
+use brdfit::report::{Report, table, warnings};
+use clap::error::ErrorKind;
+use clap::{CommandFactory as _, Parser, Subcommand};
 use std::io::Write as _;
 use std::process::ExitCode;
 
@@ -32,15 +34,23 @@ struct Arguments {
 
 /// What a subcommand ends with.
 enum Outcome {
+    /// All is well.
     Good,
+    /// A fit is not usable, or some inputs of several failed.
     NotUsable,
+    /// Every input of several failed; each has had its line.
+    NothingDone,
 }
 
 /// Makes the set of subcommands from one line each: the module's `Arguments` and `run`.
 macro_rules! subcommands {
     ($($(#[$doc:meta])* $name:ident: $module:ident),* $(,)?) => {
         #[derive(Subcommand)]
-        enum Command { $($(#[$doc])* $name($module::Arguments)),* }
+        enum Command { $(
+            $(#[$doc])*
+            #[command(allow_negative_numbers = true)]
+            $name($module::Arguments)
+        ),* }
 
         fn run(command: &Command) -> Result<Outcome, Error> {
             match command { $(Command::$name(arguments) => $module::run(arguments)),* }
@@ -65,6 +75,12 @@ subcommands! {
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let names: Vec<String> =
+                Arguments::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
+            complain(&format!("expected a subcommand: {} (see brdfit --help)", names.join(", ")));
+            return ExitCode::from(BAD_INPUT);
+        }
         Err(error) if error.use_stderr() => {
             complain(&one_line(&error.to_string()));
             return ExitCode::from(BAD_INPUT);
@@ -78,6 +94,7 @@ pub fn main() -> ExitCode {
     match run(&arguments.command) {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::NotUsable) => ExitCode::from(NOT_USABLE),
+        Ok(Outcome::NothingDone) => ExitCode::from(BAD_INPUT),
         Err(error) => {
             complain(&error.to_string());
             ExitCode::from(BAD_INPUT)
@@ -85,11 +102,30 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// One line on standard error.
+/// The message of an error.
 fn complain(message: &str) {
-    let message = message.strip_prefix("error: ").unwrap_or(message).replace(['\n', '\r'], " ");
+    remark(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)));
+}
+
+/// One line on standard error.
+fn remark(message: &str) {
     // Where standard error is closed there is nobody to tell.
-    let _ = writeln!(std::io::stderr(), "error: {message}");
+    let _ = writeln!(std::io::stderr(), "{}", message.replace(['\n', '\r'], " "));
+}
+
+/// Shows a report: the table, and the warnings on standard error, which say whose they are if there are
+/// several reports.
+fn show(report: &Report, as_table: bool, quiet: bool, one_of_several: bool) -> Result<(), Error> {
+    if quiet {
+        return Ok(());
+    }
+    if as_table {
+        say(&table(report))?;
+    }
+    let whose =
+        if one_of_several { format!("{}: {}: ", report.data.path, report.model) } else { String::new() };
+    warnings(report).iter().for_each(|text| remark(&format!("warning: {whose}{text}")));
+    Ok(())
 }
 
 /// Prints to standard output; a closed pipe (`brdfit models | head`) ends quietly.

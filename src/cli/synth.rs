@@ -50,11 +50,19 @@ struct Place {
     #[arg(long, value_enum)]
     grid: Option<Grid>,
     /// So many random pairs of directions, half of them near the mirror direction
-    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=100_000_000))]
+    #[arg(long, value_name = "N", value_parser = direction_count)]
     directions: Option<usize>,
     /// The directions of a CSV file or another measurement
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
+}
+
+/// The most directions that fit in the memory of an ordinary machine.
+const MOST_DIRECTIONS: usize = 100_000_000;
+
+fn direction_count(text: &str) -> Result<usize, String> {
+    let wrong = || format!("expected a whole number from 1 to {MOST_DIRECTIONS}");
+    text.parse().ok().filter(|n| (1..=MOST_DIRECTIONS).contains(n)).ok_or_else(wrong)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,4 +1,4 @@
-//! Every error of DESIGN's metrics, whichever was fitted.
+//! Every error of docs/conventions.md, whichever was fitted.
 
 use super::metric::Metric;
 use super::parameters::ParameterTable;

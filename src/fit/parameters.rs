@@ -280,6 +280,11 @@ impl ParameterTable {
         let rows = self.matching(selector, specs)?;
         if let Setting::Tie(other) = setting {
             let targets = self.matching(other, specs)?;
+            // `kd=kd.r` ties the other channels to red.
+            let rows: Vec<usize> = match targets.as_slice() {
+                [only] if rows.len() > 1 => rows.into_iter().filter(|row| row != only).collect(),
+                _ => rows,
+            };
             return self.tie(selector, other, &rows, &targets);
         }
         for index in rows {

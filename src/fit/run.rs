@@ -118,7 +118,7 @@ pub struct Fit {
     /// Number of residuals.
     pub n: usize,
     /// Number of residuals less that of free parameters.
-    pub dof: f64,
+    pub dof: i64,
     /// chi^2/dof where the standard deviations were given.
     pub reduced_chi2: Option<f64>,
     /// Model selection.
@@ -137,6 +137,9 @@ pub struct Fit {
     pub warnings: Vec<Warning>,
 }
 
+/// The end of a fit. A promised decrease of 1e-12 of the cost moves the parameters by about
+/// 1e-6 sqrt(n) standard errors.
+const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11 };
 /// Samples of the scan, of the polishing of its best points, and of the check of default-fixed parameters.
 const SCAN_SAMPLES: usize = 800;
 const POLISH_SAMPLES: usize = 6000;
@@ -177,8 +180,7 @@ pub fn fit(
     let start = DVector::from_vec(table.coordinates());
     let heard = Arc::clone(progress);
     let observer: Observer = Arc::new(move |iteration, cost| heard.iteration(iteration, cost));
-    let mut solution =
-        minimise(&problem, start, Tolerances::default(), task.limits(options.iterations, Some(observer)))?;
+    let mut solution = minimise(&problem, start, FINAL, task.limits(options.iterations, Some(observer)))?;
     let mut table = table;
     table.set_coordinates(solution.x.as_slice());
     if task.drop_negligible(&mut table) {
@@ -188,7 +190,14 @@ pub fn fit(
     }
 
     progress.stage("judging");
-    task.judge(&problem, table, solution, starts)
+    let mut fit = task.judge(&problem, table, solution, starts)?;
+    fit.warnings.splice(0..0, doubts(measurement));
+    Ok(fit)
+}
+
+/// The reader's doubts about a file.
+fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
+    measurement.doubts.iter().map(|(kind, text)| Warning { kind, parameter: None, text: text.clone() })
 }
 
 /// Scores the parameters that `options` set, without a fit.
@@ -209,6 +218,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
     let mut fit = task.judge(&problem, table, solution, Vec::new())?;
     fit.warnings.retain(|warning| warning.kind == "not-usable");
+    fit.warnings.splice(0..0, doubts(measurement));
     if !defaults.is_empty() {
         fit.warnings.push(Warning {
             kind: "default-used",
@@ -313,16 +323,18 @@ impl Task<'_> {
         let errors = score(self.expression, samples, &table);
         let n = problem.residuals();
         let free = table.free().len();
-        let dof = count(n) - count(free);
+        let signed = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
+        let dof = signed(n) - signed(free);
+        let freedom = count(n) - count(free);
         let absolute = samples.weighting == Weighting::Sigma;
         let scatter = (!absolute).then(|| problem.scatter(&solution.x));
-        let covariance = Covariance::new(&table, &solution.linearisation.jacobian, scatter.as_ref(), dof);
+        let covariance = Covariance::new(&table, &solution.linearisation.jacobian, scatter.as_ref(), freedom);
         let unusable = unusable(&solution, free, dof, &errors);
         let mut fit = Fit {
             weighting: samples.weighting,
             used: samples.len(),
             dropped: samples.dropped.clone(),
-            reduced_chi2: (absolute && dof > 0.0).then(|| solution.cost / dof),
+            reduced_chi2: (absolute && dof > 0).then(|| solution.cost / freedom),
             selection: selection(solution.cost, n, free, absolute),
             errors,
             covariance,
@@ -403,12 +415,12 @@ impl Task<'_> {
 }
 
 /// Why a result is not to be used.
-fn unusable(solution: &Solution, free: usize, dof: f64, errors: &ErrorTable) -> Option<String> {
+fn unusable(solution: &Solution, free: usize, dof: i64, errors: &ErrorTable) -> Option<String> {
     let finite = [errors.all.l2, errors.all.log, errors.all.cbrt].iter().all(|e| e.is_finite());
     if !finite || !solution.cost.is_finite() {
         return Some("the model is not finite at some samples".to_owned());
     }
-    if dof < 0.0 {
+    if dof < 0 {
         return Some(format!(
             "fewer values than the {free} free parameters: measure more directions, or --fix some parameters"
         ));

@@ -50,6 +50,9 @@ pub struct Covariance {
     pub quantile: f64,
 }
 
+/// Far more than the decomposition of a finite matrix takes.
+const SVD_ITERATIONS: usize = 10_000;
+
 /// Below this share of the largest singular value a direction is not determined by double precision.
 const RANK_TOLERANCE: f64 = 1e-11;
 
@@ -99,7 +102,13 @@ impl Covariance {
             }
             selected
         };
-        let svd = scaled(jacobian).svd(false, true);
+        // Values close to the largest double overflow on the way; there is no covariance to be had then.
+        let finite = |matrix: &DMatrix<f64>| matrix.iter().all(|v| v.is_finite());
+        let design = scaled(jacobian);
+        if !finite(&design) || !scatter.is_none_or(finite) {
+            return None;
+        }
+        let svd = design.try_svd(false, true, f64::EPSILON, SVD_ITERATIONS)?;
         let v_t = svd.v_t?;
         let largest = svd.singular_values.max();
         let smallest = if jacobian.nrows() < columns.len() { 0.0 } else { svd.singular_values.min() };

@@ -71,6 +71,9 @@ impl Columns {
             if header.iter().take(index).any(|earlier| earlier == name) {
                 return Err(("column names that differ".to_owned(), format!("{} twice", excerpt(name))));
             }
+            if name.contains(char::is_control) {
+                return Err(("column names without control characters".to_owned(), excerpt(name)));
+            }
             if name.is_empty() {
                 return Err(("a name for every column".to_owned(), format!("none for column {}", index + 1)));
             }
@@ -112,7 +115,7 @@ impl Columns {
             *column = header
                 .iter()
                 .position(|field| field == name)
-                .ok_or_else(|| (format!("a column '{name}'"), listed(header)))?;
+                .ok_or_else(|| (format!("a header with a column '{name}'"), listed(header)))?;
         }
         Ok(angles)
     }

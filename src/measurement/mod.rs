@@ -71,6 +71,8 @@ pub struct Measurement {
     pub sigma: Option<Vec<Vec<f64>>>,
     /// Samples left out when reading, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
+    /// Doubts of the reader about the file: kind, and what it is and what to do.
+    pub doubts: Vec<(&'static str, String)>,
 }
 
 impl Measurement {

@@ -101,7 +101,11 @@ impl Samples {
         }
         if kept.is_empty() {
             let reasons: Vec<String> = dropped.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
-            let reason = if reasons.is_empty() { "the file is empty".to_owned() } else { reasons.join(", ") };
+            let reason = if reasons.is_empty() {
+                "the file has no rows of data".to_owned()
+            } else {
+                reasons.join(", ")
+            };
             return Err(Error::NoSamples { path: measurement.source.path.clone(), reason });
         }
 

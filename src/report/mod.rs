@@ -5,7 +5,7 @@
 
 mod text;
 
-pub use text::table;
+pub use text::{table, warnings};
 
 use crate::fit::{Errors, Fit, Metric, ParameterTable, Row, Status};
 use crate::measurement::Measurement;
@@ -164,7 +164,7 @@ pub struct FitRecord {
     /// Number of residuals: samples times channels.
     pub n: usize,
     /// Residuals less free parameters.
-    pub dof: f64,
+    pub dof: i64,
     /// What was minimised: the weighted mean square in the metric (smoothed for cbrt), or chi^2 for
     /// weights by sigma.
     pub cost: f64,

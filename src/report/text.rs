@@ -1,6 +1,6 @@
 //! The report as a table for people.
 
-use super::{Parameter, Report};
+use super::{Parameter, Report, WarningRecord};
 use crate::fit::Metric;
 use std::fmt::Write as _;
 
@@ -16,6 +16,16 @@ pub fn table(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = write(&mut text, report);
     text
+}
+
+/// The warnings, a line each.
+#[must_use]
+pub fn warnings(report: &Report) -> Vec<String> {
+    let line = |w: &WarningRecord| match &w.parameter {
+        Some(parameter) => format!("{parameter}: {}", w.text),
+        None => w.text.clone(),
+    };
+    report.warnings.iter().map(line).collect()
 }
 
 fn write(text: &mut String, report: &Report) -> std::fmt::Result {
@@ -46,12 +56,6 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     }
     correlations(text, report)?;
     errors(text, report)?;
-    for warning in &report.warnings {
-        match &warning.parameter {
-            Some(parameter) => writeln!(text, "warning: {parameter}: {}", warning.text)?,
-            None => writeln!(text, "warning: {}", warning.text)?,
-        }
-    }
     let t = &report.termination;
     writeln!(
         text,
@@ -81,9 +85,13 @@ fn with_error(value: f64, error: Option<f64>, unit: &str) -> String {
     format!("{}{unit} +/- {}{percent}", digits(value, usize::from(kept)), digits(error, 2))
 }
 
-/// A number with six significant digits.
+/// A number with at most six significant digits, without trailing zeros.
 fn significant(value: f64) -> String {
-    digits(value, 6)
+    let text = digits(value, 6);
+    if text.contains('.') && !text.contains('e') {
+        return text.trim_end_matches('0').trim_end_matches('.').to_owned();
+    }
+    text
 }
 
 /// A number with so many significant digits, in plain or scientific notation.

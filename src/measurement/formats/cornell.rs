@@ -11,12 +11,7 @@ use crate::measurement::{Channel, Measurement, Source};
 use std::collections::BTreeMap;
 
 /// The format's line in the registry.
-pub const FORMAT: Format = Format {
-    name: "cornell",
-    summary: "a Cornell text table (wavelengths, then theta_i phi_i theta_o phi_o f... in radians)",
-    sniff,
-    read,
-};
+pub const FORMAT: Format = Format { name: "cornell", summary: "a Cornell text table", sniff, read };
 
 /// More wavelengths than any instrument resolves: a larger count is not one.
 const MOST_WAVELENGTHS: usize = 100_000;
@@ -69,6 +64,13 @@ fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         }
         channels.push(channel);
     }
+    // The samples begin on a line of their own.
+    if let Some((line, word)) = words.next()
+        && line == last_line
+    {
+        let expected = format!("the end of the line after {number} wavelengths");
+        return Err(Error::malformed(file.path, line_place(line), expected, excerpt(word)));
+    }
 
     let mut pairs = Vec::new();
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); number];
@@ -100,5 +102,6 @@ fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         values,
         sigma: None,
         dropped: BTreeMap::new(),
+        doubts: Vec::new(),
     })
 }

@@ -20,8 +20,7 @@ const HEADER_BYTES: usize = 12;
 const FILE_BYTES: usize = HEADER_BYTES + 3 * 8 * HalfDifferenceGrid::CELLS;
 
 /// The format's line in the registry.
-pub const FORMAT: Format =
-    Format { name: "merl", summary: "a MERL table (.binary: 90 x 90 x 180 cells, RGB)", sniff, read };
+pub const FORMAT: Format = Format { name: "merl", summary: "a MERL table", sniff, read };
 
 fn header(bytes: &[u8]) -> Option<[i32; 3]> {
     let mut integers =
@@ -102,6 +101,7 @@ fn read(file: &File<'_>, options: &ReadOptions) -> Result<Measurement, Error> {
         values,
         sigma: None,
         dropped,
+        doubts: Vec::new(),
     })
 }
 

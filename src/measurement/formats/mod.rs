@@ -129,9 +129,11 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
             "other binary data".to_owned()
         } else {
             let first = String::from_utf8_lossy(head);
-            excerpt(first.lines().next().unwrap_or_default())
+            let content =
+                first.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+            content.map_or_else(|| "only blank lines and comments".to_owned(), excerpt)
         };
-        Error::malformed(file.path, Place::File, summaries.join(", or "), found)
+        Error::malformed(file.path, Place::File, summaries.join(" or "), found)
     })
 }
 
@@ -183,6 +185,11 @@ fn polar_angle(file: &File<'_>, place: Place, what: &str, theta: f64) -> Result<
     if theta.abs() <= std::f64::consts::FRAC_PI_2 + HORIZON_TOLERANCE {
         return Ok(theta);
     }
-    let found = format!("{} degrees", (theta.to_degrees() * 1e6).round() / 1e6);
+    let degrees = theta.to_degrees();
+    let found = if degrees.abs() < 1e6 {
+        format!("{} degrees", (degrees * 1e6).round() / 1e6)
+    } else {
+        format!("{degrees:e} degrees")
+    };
     Err(Error::malformed(file.path, place, format!("{what} within 90 degrees of the normal"), found))
 }

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// The format's line in the registry.
 pub const FORMAT: Format = Format {
     name: "csv",
-    summary: "CSV with a header theta_i,phi_i,theta_o,phi_o (degrees),<channel>...",
+    summary: "CSV with a header theta_i,phi_i,theta_o,phi_o,<channel>...",
     sniff,
     read,
 };
@@ -32,9 +32,7 @@ fn sniff(file: &File<'_>) -> Confidence {
         .find(|line| !line.is_empty() && !line.starts_with('#'));
     match header {
         Some(line) if ANGLES.iter().any(|name| line.contains(name)) => Confidence::Yes,
-        Some(line) if line.contains(',') && line.contains(|c: char| c.is_ascii_alphabetic()) => {
-            Confidence::Maybe
-        }
+        Some(line) if line.contains(',') => Confidence::Maybe,
         _ => Confidence::No,
     }
 }
@@ -121,13 +119,30 @@ fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         Ok(())
     })?;
     values.resize(columns.channels.len(), Vec::new());
-    let complete = sigma.iter().all(|row| row.len() == pairs.len()) && !pairs.is_empty();
+    let directions = Directions::Scattered(pairs);
+    let complete = sigma.iter().all(|row| row.len() == directions.len()) && !directions.is_empty();
     Ok(Measurement {
         source: Source::default(),
         channels: columns.channels,
-        directions: Directions::Scattered(pairs),
         values,
         sigma: complete.then_some(sigma),
         dropped: BTreeMap::new(),
+        doubts: doubts(&directions),
+        directions,
     })
+}
+
+/// Angles in radians read as degrees look like a measurement within two degrees of the normal.
+fn doubts(directions: &Directions) -> Vec<(&'static str, String)> {
+    let right_angle = std::f64::consts::FRAC_PI_2.to_radians();
+    let steepest = directions.iter().map(|g| g.sin2_i().max(g.sin2_o()).sqrt().asin()).fold(0.0, f64::max);
+    if directions.len() < 2 || steepest > right_angle + super::HORIZON_TOLERANCE || steepest == 0.0 {
+        return Vec::new();
+    }
+    let text = format!(
+        "no direction is more than {:.2} degrees from the normal: if the file's angles are in radians, convert \
+         them to degrees",
+        steepest.to_degrees()
+    );
+    vec![("suspicious-angles", text)]
 }

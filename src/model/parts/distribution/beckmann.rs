@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Beckmann and Spizzichino 1963; Cook and Torrance 1982 (doi:10.1145/357290.357293), with the pi that
-//! the seed of this project and several texts leave out; Smith 1967 (doi:10.1109/TAP.1967.1138991). m is
+//! several texts leave out; Smith 1967 (doi:10.1109/TAP.1967.1138991). m is
 //! the root-mean-square slope. D underflows to 0 where tan > 27 m: the surface has no such facets.
 
 use super::{Constants, FacetDistribution};

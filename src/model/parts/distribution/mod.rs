@@ -72,7 +72,7 @@ mod tests {
         Geometry { wi: h, wo: h, h, cos_d: 1.0 }
     }
 
-    /// (1/cos) int over slopes: Lambda(theta) by quadrature of the slope distribution (FORMULAS 2.2):
+    /// Lambda(theta) by quadrature of the slope distribution (Heitz 2014, appendix A):
     /// Lambda = (1/mu) int_mu^inf (q - mu) P2(q) dq, P2 the marginal of P22 = D c^4.
     fn lambda_by_quadrature(d: Distribution, constants: &Constants<f64>, theta: f64) -> f64 {
         let rule = GaussLegendre::new(200);
