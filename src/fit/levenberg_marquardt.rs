@@ -222,15 +222,7 @@ impl LevenbergMarquardt {
             self.lambda *= 10.0;
             return Ok(None);
         }
-        if step_length <= self.tolerances.step * (length + self.tolerances.step) {
-            // Strong damping shortens steps too; only a step that is short by itself counts.
-            if self.lambda <= 1.0 {
-                self.termination = Some(Termination::ConvergedStep);
-            } else {
-                self.termination = Some(Termination::Stalled);
-            }
-            return Ok(None);
-        }
+        let step_is_small = step_length <= self.tolerances.step * (length + self.tolerances.step);
         let promise_is_small = predicted <= (self.tolerances.cost * model.cost).max(self.cost_floor);
 
         let mut trial = x + &p;
@@ -239,14 +231,20 @@ impl LevenbergMarquardt {
         }
         let next = evaluate(&trial)?;
         let gain = model.cost - next.cost;
+        // A step that is short by itself, or promises little by itself, ends the search, taken or not;
+        // strong damping does both to any step.
+        let undamped = self.lambda <= 1.0;
+        self.termination = match (step_is_small, promise_is_small) {
+            (true, _) if undamped => Some(Termination::ConvergedStep),
+            (_, true) if undamped => Some(Termination::ConvergedCost),
+            (true, _) => Some(Termination::Stalled),
+            _ => None,
+        };
         // Not `gain <= 0`: a cost that is NaN is no gain either.
         if !(next.cost.is_finite() && gain > 0.0) {
-            if promise_is_small && self.lambda <= 1.0 {
-                self.termination = Some(Termination::ConvergedCost);
-            }
             self.lambda *= self.growth;
             self.growth *= 2.0;
-            if self.lambda > LAMBDA_LIMIT {
+            if self.termination.is_none() && self.lambda > LAMBDA_LIMIT {
                 self.termination = Some(Termination::Stalled);
             }
             return Ok(None);
@@ -255,9 +253,6 @@ impl LevenbergMarquardt {
         let shrink = (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(0.1, 2.0);
         self.lambda = (self.lambda * shrink).max(LAMBDA_FLOOR);
         self.growth = 2.0;
-        if promise_is_small && self.lambda <= 1.0 {
-            self.termination = Some(Termination::ConvergedCost);
-        }
         Ok(Some((trial, next)))
     }
 }

@@ -150,4 +150,36 @@ mod tests {
             assert_relative_eq!(lambda_by_quadrature(d, &constants, theta), golden, max_relative = 1e-6);
         }
     }
+
+    /// The facets seen from any direction cover the surface's own projection: int G1 D (o.h)+ dh = cos(theta)
+    /// (Heitz 2014, eq. 14). It ties the shadowing to the distribution.
+    #[test]
+    fn visible_facets_cover_the_surface() {
+        let rule = GaussLegendre::new(64);
+        // Those with a Smith integral of their own; the others borrow Beckmann's.
+        for name in ["ggx", "beckmann"] {
+            let d = Distribution::named(name);
+            for m in [0.1, 0.4, 1.0] {
+                let constants = d.prepare(m);
+                for theta in [0.3_f64, 1.0, 1.4] {
+                    let (sin, cos) = theta.sin_cos();
+                    let g1 = cos / (cos + d.cos_lambda(&constants, cos, sin * sin));
+                    // tan(theta_h) = m s; panels in s carry both the peak and the tail.
+                    let ring = |s: f64| {
+                        let theta_h = (m * s).atan();
+                        let (sin_h, cos_h) = theta_h.sin_cos();
+                        // (o.h)+ has a kink where cos phi = -cot cot.
+                        let edge = (-cos * cos_h / (sin * sin_h)).clamp(-1.0, 1.0).acos();
+                        let facing =
+                            rule.integrate(0.0, edge, |phi: f64| cos * cos_h + sin * sin_h * phi.cos());
+                        2.0 * facing * d.density(&constants, &at(theta_h)) * sin_h * m
+                            / (1.0 + (m * s).powi(2))
+                    };
+                    let panels = [0.0, 1.0, 2.0, 4.0, 8.0, 32.0, 256.0, 4096.0, 65536.0, 1e7];
+                    let seen: f64 = panels.windows(2).map(|p| rule.integrate(p[0], p[1], ring)).sum();
+                    assert_relative_eq!(g1 * seen, cos, max_relative = 1e-5);
+                }
+            }
+        }
+    }
 }
