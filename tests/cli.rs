@@ -1734,3 +1734,38 @@ fn the_schema_file_is_up_to_date() {
     let found = fs::read_to_string(path).unwrap_or_default().replace("\r\n", "\n");
     assert!(found == generated, "docs/report.schema.json is stale: BRDFIT_UPDATE=1 cargo test --test cli");
 }
+
+/// What the README shows is what the program prints, but for the time that it took.
+#[test]
+fn the_readme_shows_real_output() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
+    let block = |kind: &str| {
+        let after = readme.split(&format!("```{kind}\n")).nth(1).unwrap();
+        after.split("```").next().unwrap().to_owned()
+    };
+    let command = block("sh");
+    let arguments =
+        command.trim().strip_prefix("cargo run --release -- ").expect("the first command fits a file");
+    let (arguments, model) = arguments.split_once(" -m ").unwrap();
+    let run = |more: &[&str]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_brdfit"))
+            .current_dir(root)
+            .args(arguments.split(' '))
+            .args(["-m", model.trim_matches('"')])
+            .args(more)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let timeless = |text: &str| text.trim_end().rsplit_once(", ").unwrap().0.to_owned();
+    assert_eq!(timeless(&run(&[])), timeless(&block("text")));
+
+    // Every line of the excerpt stands in the report, in that order.
+    let report = run(&["--json"]);
+    let mut lines = report.lines();
+    for line in block("json").lines().filter(|line| line.trim() != "...") {
+        assert!(lines.any(|found| found == line), "the report does not say {line}");
+    }
+}
