@@ -235,7 +235,7 @@ fn gradient_of_the_cost() {
                 let problem = ReflectanceProblem::new(&expression, &samples, truth.clone(), metric);
                 let x = DVector::from_vec(truth.coordinates()).map(|v| v * 1.1 + 0.01);
                 let model = problem.linearise(&x);
-                let gradient = 2.0 * model.jacobian.tr_mul(&model.residual);
+                let gradient = 2.0 * model.slope_at(&DVector::zeros(x.len()));
                 for j in 0..x.len() {
                     let cost = |step: f64| {
                         let mut moved = x.clone();

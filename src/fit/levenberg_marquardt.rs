@@ -7,7 +7,7 @@
 //! equations, which would halve the digits. Bounds are an active set on the linear model: parameters that
 //! would leave are held at their bound, and let go once the model wants them back.
 
-use super::least_squares::{LeastSquares, Linearisation};
+use super::least_squares::{LeastSquares, Linearisation, Rows};
 use crate::error::Error;
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Executor, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
@@ -167,10 +167,9 @@ impl LevenbergMarquardt {
         }
     }
 
-    fn update_scale(&mut self, jacobian: &DMatrix<f64>) {
-        for (scale, column) in self.scale.iter_mut().zip(jacobian.column_iter()) {
-            *scale = scale.max(column.norm());
-        }
+    fn update_scale(&mut self, model: &Linearisation) {
+        let lengths = model.column_lengths(self.scale.len());
+        self.scale.zip_apply(&lengths, |scale, length| *scale = scale.max(length));
     }
 
     /// D with 1 for parameters that have had no effect yet.
@@ -187,18 +186,15 @@ impl LevenbergMarquardt {
 
     /// Largest cosine between the residuals and the column of a parameter that is free to move.
     fn largest_cosine(&self, x: &DVector<f64>, model: &Linearisation) -> f64 {
-        let gradient = model.jacobian.tr_mul(&model.residual);
-        let length = model.cost.sqrt();
+        let gradient = model.slope_at(&DVector::zeros(x.len()));
+        let lengths = model.column_lengths(x.len()) * model.cost.sqrt();
         gradient
             .iter()
-            .zip(model.jacobian.column_iter())
+            .zip(lengths.iter())
             .zip(x.iter())
             .enumerate()
             .filter(|(j, ((g, _), x))| !self.held(*j, **x, **g))
-            .map(|(_, ((g, column), _))| {
-                let norm = column.norm() * length;
-                if norm > 0.0 { g.abs() / norm } else { 0.0 }
-            })
+            .map(|(_, ((g, length), _))| if *length > 0.0 { g.abs() / length } else { 0.0 })
             .fold(0.0, f64::max)
     }
 
@@ -213,8 +209,7 @@ impl LevenbergMarquardt {
         let room: Vec<(f64, f64)> =
             self.bounds.iter().zip(x.iter()).map(|(&(lower, upper), x)| (lower - x, upper - x)).collect();
         let p = bounded_step(model, &scale, self.lambda, &room);
-        let effect = &model.jacobian * &p;
-        let predicted = -(2.0 * effect.dot(&model.residual) + effect.norm_squared());
+        let predicted = model.decrease(&p);
 
         let step_length = p.component_mul(&scale).norm();
         let length = x.component_mul(&scale).norm();
@@ -275,7 +270,7 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         if !model.cost.is_finite() {
             self.termination = Some(Termination::Invalid);
         }
-        self.update_scale(&model.jacobian);
+        self.update_scale(&model);
         self.cost_floor = problem.problem("cost_floor_count", |p| Ok(p.cost_floor()))?;
         let cost = model.cost;
         self.current = Some((x.clone(), model));
@@ -291,7 +286,7 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         let next = self.step(&x, &model, |trial| problem.problem(EVALUATIONS, |p| Ok(p.linearise(trial))))?;
         let (x, model) = match next {
             Some((x, model)) => {
-                self.update_scale(&model.jacobian);
+                self.update_scale(&model);
                 (x, model)
             }
             None => (x, model),
@@ -339,31 +334,23 @@ fn bounded_step(
     /// Rounds of letting parameters go from their bounds; far more than seen in practice.
     const ROUNDS: usize = 8;
     let n = scale.len();
-    let gradient = model.jacobian.tr_mul(&model.residual);
     let at_bound = |j: usize, slope: f64, p: f64| {
         room.get(j).is_some_and(|&(low, high)| (p <= low && slope >= 0.0) || (p >= high && slope <= 0.0))
     };
     let mut p = DVector::zeros(n);
+    let gradient = model.slope_at(&p);
     let mut free: Vec<bool> = gradient.iter().enumerate().map(|(j, g)| !at_bound(j, *g, 0.0)).collect();
     for _ in 0..ROUNDS {
         // Parameters that would leave stop at their bound, until the rest stay inside.
-        loop {
-            let columns: Vec<usize> = (0..n).filter(|j| free.get(*j) == Some(&true)).collect();
-            if columns.is_empty() {
-                break;
-            }
-            let solved = damped_solution(model, scale, lambda, &p, &columns);
+        while free.contains(&true) {
+            let solved = damped_solution(model, scale, lambda, &p, &free);
             let mut outside = false;
-            for (&j, value) in columns.iter().zip(solved.iter()) {
-                let (low, high) = room.get(j).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-                if !(*value > low && *value < high)
-                    && let Some(flag) = free.get_mut(j)
-                {
-                    *flag = false;
+            let entries = p.iter_mut().zip(solved.iter()).zip(&mut free).zip(room);
+            for (((entry, value), free), &(low, high)) in entries.filter(|(((_, _), free), _)| **free) {
+                *entry = value.clamp(low, high);
+                if !(*value > low && *value < high) {
+                    *free = false;
                     outside = true;
-                }
-                if let Some(entry) = p.get_mut(j) {
-                    *entry = value.clamp(low, high);
                 }
             }
             if !outside {
@@ -371,13 +358,10 @@ fn bounded_step(
             }
         }
         // Slope of the damped model; a held parameter whose slope points inside is let go.
-        let slope = model.jacobian.tr_mul(&(&model.jacobian * &p + &model.residual))
-            + scale.component_mul(scale).component_mul(&p) * lambda;
+        let slope = model.slope_at(&p) + scale.component_mul(scale).component_mul(&p) * lambda;
         let mut released = false;
-        for (j, flag) in free.iter_mut().enumerate() {
-            if let (false, Some(&s), Some(&value)) = (*flag, slope.get(j), p.get(j))
-                && !at_bound(j, s, value)
-            {
+        for (j, ((flag, slope), value)) in free.iter_mut().zip(slope.iter()).zip(p.iter()).enumerate() {
+            if !*flag && !at_bound(j, *slope, *value) {
                 *flag = true;
                 released = true;
             }
@@ -389,35 +373,115 @@ fn bounded_step(
     p
 }
 
-/// The damped least-squares solution in `columns`, the other parameters held at their value in `p`.
+/// A block's own parameters, solved for up to the shared ones: R x = right - coupling s.
+struct Eliminated {
+    own: Vec<usize>,
+    /// R.
+    factor: DMatrix<f64>,
+    /// Right-hand side, then one column per shared parameter of the block.
+    coupling: DMatrix<f64>,
+    shared: Vec<usize>,
+}
+
+/// The damped least-squares solution in the parameters that are `free`, the others held at their value in
+/// `p`.
+///
+/// Parameters that only one block of rows knows are eliminated there, by an orthogonal transformation
+/// that leaves rows in the shared parameters alone; those are solved together, and the eliminated ones
+/// follow. With one block per channel the cost grows with the number of channels, not with its cube.
 fn damped_solution(
     model: &Linearisation,
     scale: &DVector<f64>,
     lambda: f64,
     p: &DVector<f64>,
-    columns: &[usize],
+    free: &[bool],
 ) -> DVector<f64> {
+    let n = scale.len();
+    let damping = lambda.max(LAMBDA_FLOOR).sqrt();
+    let unit = |j: &usize| scale.get(*j).copied().unwrap_or(1.0);
+    let is_free = |j: &usize| free.get(*j) == Some(&true);
     let mut held = p.clone();
-    for j in columns {
-        held.get_mut(*j).into_iter().for_each(|value| *value = 0.0);
+    held.iter_mut().zip(free).filter(|(_, free)| **free).for_each(|(value, _)| *value = 0.0);
+
+    let mut uses = vec![0_usize; n];
+    for column in model.blocks.iter().flat_map(|rows| &rows.columns) {
+        uses.get_mut(*column).into_iter().for_each(|count| *count += 1);
     }
-    let target = -(&model.jacobian * held + &model.residual);
-    let (rows, n) = (model.jacobian.nrows(), columns.len());
-    // Columns of unit length: the solution does not depend on the parameters' units.
-    let units = scale.select_rows(columns);
-    let mut stacked = DMatrix::zeros(rows + n, n);
-    let mut upper = stacked.rows_mut(0, rows);
-    upper.copy_from(&model.jacobian.select_columns(columns));
-    for (mut column, unit) in upper.column_iter_mut().zip(units.iter()) {
-        column /= *unit;
+    let is_own = |j: &usize| uses.get(*j) == Some(&1);
+    // Free parameters that no row knows stay where they are: damping alone acts on them.
+    let shared: Vec<usize> =
+        (0..n).filter(|j| is_free(j) && uses.get(*j).is_some_and(|count| *count > 1)).collect();
+
+    // Scaled columns of a block: the solution does not depend on the parameters' units.
+    let columns_of = |rows: &Rows, wanted: &[usize]| {
+        let positions: Vec<usize> =
+            wanted.iter().filter_map(|j| rows.columns.iter().position(|column| column == j)).collect();
+        let mut matrix = rows.jacobian.select_columns(&positions);
+        for (mut column, j) in matrix.column_iter_mut().zip(wanted) {
+            column /= unit(j);
+        }
+        matrix
+    };
+
+    let mut eliminated: Vec<Eliminated> = Vec::with_capacity(model.blocks.len());
+    let mut remainders: Vec<(DMatrix<f64>, Vec<usize>)> = Vec::with_capacity(model.blocks.len());
+    for rows in &model.blocks {
+        let pick = |own: bool| -> Vec<usize> {
+            rows.columns.iter().copied().filter(|j| is_free(j) && is_own(j) == own).collect()
+        };
+        let (own, others) = (pick(true), pick(false));
+        let (height, width) = (rows.jacobian.nrows(), own.len());
+        // Right-hand side and shared columns, with zeros beside the damping of the own parameters.
+        let mut coupling = DMatrix::zeros(height + width, 1 + others.len());
+        let fixed = rows.columns.iter().map(|j| held.get(*j).copied().unwrap_or(0.0));
+        let fixed = DVector::from_iterator(rows.columns.len(), fixed);
+        coupling.view_mut((0, 0), (height, 1)).copy_from(&-(&rows.jacobian * fixed + &rows.residual));
+        coupling.view_mut((0, 1), (height, others.len())).copy_from(&columns_of(rows, &others));
+        let mut stacked = DMatrix::zeros(height + width, width);
+        stacked.rows_mut(0, height).copy_from(&columns_of(rows, &own));
+        stacked.rows_mut(height, width).fill_diagonal(damping);
+        let qr = stacked.qr();
+        qr.q_tr_mul(&mut coupling);
+        remainders.push((coupling.rows(width, height).into_owned(), others.clone()));
+        let coupling = coupling.rows(0, width).into_owned();
+        eliminated.push(Eliminated { own, factor: qr.r(), coupling, shared: others });
     }
-    stacked.rows_mut(rows, n).fill_diagonal(lambda.max(LAMBDA_FLOOR).sqrt());
-    let mut right = DVector::zeros(rows + n);
-    right.rows_mut(0, rows).copy_from(&target);
+
+    // The rows left over, all in the shared parameters.
+    let position = |j: &usize| shared.binary_search(j).ok();
+    let height: usize = remainders.iter().map(|(rows, _)| rows.nrows()).sum();
+    let mut stacked = DMatrix::zeros(height + shared.len(), shared.len());
+    let mut right = DVector::zeros(height + shared.len());
+    let mut first = 0;
+    for (rows, others) in &remainders {
+        right.rows_mut(first, rows.nrows()).copy_from(&rows.column(0));
+        for (column, k) in rows.column_iter().skip(1).zip(others.iter().filter_map(position)) {
+            stacked.view_mut((first, k), (rows.nrows(), 1)).copy_from(&column);
+        }
+        first += rows.nrows();
+    }
+    stacked.rows_mut(height, shared.len()).fill_diagonal(damping);
     let qr = stacked.qr();
     qr.q_tr_mul(&mut right);
-    let solved = qr.r().solve_upper_triangular(&right.rows(0, n).into_owned());
-    solved.map_or_else(|| DVector::from_element(n, f64::NAN), |solved| solved.component_div(&units))
+    let failed = |count: usize| DVector::from_element(count, f64::NAN);
+    let solved = qr.r().solve_upper_triangular(&right.rows(0, shared.len()).into_owned());
+    let common = solved.unwrap_or_else(|| failed(shared.len()));
+
+    let mut solution = DVector::zeros(n);
+    let mut put = |j: &usize, value: f64| {
+        solution.get_mut(*j).into_iter().for_each(|entry| *entry = value / unit(j));
+    };
+    shared.iter().zip(common.iter()).for_each(|(j, value)| put(j, *value));
+    for block in &eliminated {
+        let mut right = block.coupling.column(0).into_owned();
+        for (column, k) in block.coupling.column_iter().skip(1).zip(block.shared.iter().filter_map(position))
+        {
+            right.axpy(-common.get(k).copied().unwrap_or(0.0), &column, 1.0);
+        }
+        let own = block.factor.solve_upper_triangular(&right).unwrap_or_else(|| failed(block.own.len()));
+        block.own.iter().zip(own.iter()).for_each(|(j, value)| put(j, *value));
+    }
+    solution
 }
 
 /// Passes argmin's iterations on.
@@ -474,7 +538,7 @@ mod tests {
             let (x, y) = (v[0], v[1]);
             let residual = DVector::from_vec(vec![10.0 * (y - x * x), 1.0 - x]);
             let jacobian = DMatrix::from_row_slice(2, 2, &[-20.0 * x, 10.0, -1.0, 0.0]);
-            Linearisation { cost: residual.norm_squared(), jacobian, residual }
+            Linearisation::dense(jacobian, residual)
         }
         fn bounds(&self) -> Vec<(f64, f64)> {
             self.bounds.clone()

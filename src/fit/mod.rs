@@ -12,7 +12,7 @@ mod triangle;
 mod uncertainty;
 
 pub use errors::{ErrorTable, Errors, score};
-pub use least_squares::{LeastSquares, Linearisation};
+pub use least_squares::{LeastSquares, Linearisation, Rows};
 pub use levenberg_marquardt::{
     LevenbergMarquardt, Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise,
 };

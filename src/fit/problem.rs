@@ -5,7 +5,7 @@
 //! columns, which go straight into a triangular factor of that channel's own few parameters. The
 //! Jacobian of the whole is never stored: what reaches the solver is one small triangle per channel.
 
-use super::least_squares::{LeastSquares, Linearisation};
+use super::least_squares::{LeastSquares, Linearisation, Rows};
 use super::metric::{Metric, Transform};
 use super::parameters::ParameterTable;
 use super::triangle::Triangle;
@@ -137,7 +137,7 @@ impl<'a> ReflectanceProblem<'a> {
     /// Rows whose products make up sum w^2 r^2 J J^T at `x`, the middle of the sandwich covariance.
     #[must_use]
     pub fn scatter(&self, x: &DVector<f64>) -> DMatrix<f64> {
-        self.pass(x, Pass::Scatter).jacobian
+        self.pass(x, Pass::Scatter).matrix(x.len())
     }
 
     fn pass(&self, x: &DVector<f64>, kind: Pass) -> Linearisation {
@@ -154,7 +154,9 @@ impl<'a> ReflectanceProblem<'a> {
         let gathered: Vec<Gathered> = stretches.into_par_iter().map(|range| context.gather(range)).collect();
 
         let mut gathered = gathered.into_iter();
-        let Some(mut total) = gathered.next() else { return empty(self.table.free().len()) };
+        let Some(mut total) = gathered.next() else {
+            return Linearisation { cost: 0.0, blocks: Vec::new() };
+        };
         for part in gathered {
             total.cost += part.cost;
             for (triangle, other) in total.triangles.iter_mut().zip(&part.triangles) {
@@ -164,28 +166,23 @@ impl<'a> ReflectanceProblem<'a> {
         self.assemble(&total)
     }
 
-    /// Puts the channels' triangles into one matrix over all free parameters.
+    /// The channels' triangles as blocks of rows.
     fn assemble(&self, total: &Gathered) -> Linearisation {
-        let rows: usize = self.layouts.iter().map(|layout| layout.columns.len()).sum();
-        let mut jacobian = DMatrix::zeros(rows, self.table.free().len());
-        let mut residual = DVector::zeros(rows);
-        let mut row = 0;
-        for (layout, triangle) in self.layouts.iter().zip(&total.triangles) {
-            for (k, entries) in triangle.rows().iter().take(layout.columns.len()).enumerate() {
-                for (column, entry) in layout.columns.iter().skip(k).zip(entries) {
-                    jacobian.get_mut((row, *column)).into_iter().for_each(|place| *place = *entry);
-                }
-                let last = entries.last().copied().unwrap_or(0.0);
-                residual.get_mut(row).into_iter().for_each(|place| *place = last);
-                row += 1;
+        let blocks = self.layouts.iter().zip(&total.triangles).map(|(layout, triangle)| {
+            let n = layout.columns.len();
+            let entry = |row: usize, column: usize| {
+                let entries = triangle.rows().get(row);
+                let offset = column.checked_sub(row);
+                entries.zip(offset).and_then(|(e, o)| e.get(o)).copied().unwrap_or(0.0)
+            };
+            Rows {
+                columns: layout.columns.clone(),
+                jacobian: DMatrix::from_fn(n, n, entry),
+                residual: DVector::from_fn(n, |row, _| entry(row, n)),
             }
-        }
-        Linearisation { cost: total.cost, jacobian, residual }
+        });
+        Linearisation { cost: total.cost, blocks: blocks.collect() }
     }
-}
-
-fn empty(parameters: usize) -> Linearisation {
-    Linearisation { cost: 0.0, jacobian: DMatrix::zeros(0, parameters), residual: DVector::zeros(0) }
 }
 
 /// Weight of the squared residual of one sample, before normalisation.

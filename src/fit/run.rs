@@ -292,13 +292,13 @@ impl Task<'_> {
         let samples = self.samples.subset(POLISH_SAMPLES, self.options.seed);
         let problem = ReflectanceProblem::new(self.expression, &samples, table.clone(), Metric::L2);
         let x = DVector::from_vec(table.coordinates());
-        let jacobian = problem.linearise(&x).jacobian;
+        let lengths = problem.linearise(&x).column_lengths(x.len());
         let data = problem.magnitude();
         let free = table.free().to_vec();
         let mut any = false;
         for (column, index) in free.into_iter().enumerate() {
             let Some(row) = table.rows().get(index) else { continue };
-            let effect = row.value.abs() * jacobian.column(column).norm();
+            let effect = row.value.abs() * lengths.get(column).copied().unwrap_or(0.0);
             if row.spec.role == Role::Amplitude
                 && row.bounds.0 == 0.0
                 && row.value > 0.0
@@ -328,7 +328,8 @@ impl Task<'_> {
         let freedom = count(n) - count(free);
         let absolute = samples.weighting == Weighting::Sigma;
         let scatter = (!absolute).then(|| problem.scatter(&solution.x));
-        let covariance = Covariance::new(&table, &solution.linearisation.jacobian, scatter.as_ref(), freedom);
+        let covariance =
+            Covariance::new(&table, &solution.linearisation.matrix(free), scatter.as_ref(), freedom);
         let unusable = unusable(&solution, free, dof, &errors);
         let mut fit = Fit {
             weighting: samples.weighting,
