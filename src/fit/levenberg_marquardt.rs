@@ -146,6 +146,12 @@ const EVALUATIONS: &str = "linearise_count";
 
 /// Beyond this damping a step is shorter than rounding.
 const LAMBDA_LIMIT: f64 = 1e20;
+/// A step that gains so many times what the linear model promised is too short: the residuals' own
+/// curvature, which the model leaves out, cancels most of J^T J. Steps would go on creeping in the
+/// same direction, so the minimum along it is tried at once.
+const FAR_BETTER: f64 = 1.4;
+/// The furthest that such a step is stretched.
+const LONGEST_STRETCH: f64 = 100.0;
 /// Below this damping makes no difference, but keeps a rank-deficient model solvable.
 const LAMBDA_FLOOR: f64 = 1e-16;
 
@@ -198,6 +204,14 @@ impl LevenbergMarquardt {
             .fold(0.0, f64::max)
     }
 
+    /// The point itself, or the closest within the bounds.
+    fn within_bounds(&self, mut x: DVector<f64>) -> DVector<f64> {
+        for (value, &(lower, upper)) in x.iter_mut().zip(&self.bounds) {
+            *value = value.clamp(lower, upper);
+        }
+        x
+    }
+
     /// Tries one step. Returns the next point, or why there is none.
     fn step(
         &mut self,
@@ -220,10 +234,7 @@ impl LevenbergMarquardt {
         let step_is_small = step_length <= self.tolerances.step * (length + self.tolerances.step);
         let promise_is_small = predicted <= (self.tolerances.cost * model.cost).max(self.cost_floor);
 
-        let mut trial = x + &p;
-        for (value, &(lower, upper)) in trial.iter_mut().zip(&self.bounds) {
-            *value = value.clamp(lower, upper);
-        }
+        let trial = self.within_bounds(x + &p);
         let next = evaluate(&trial)?;
         let gain = model.cost - next.cost;
         // A step that is short by itself, or promises little by itself, ends the search, taken or not;
@@ -248,6 +259,17 @@ impl LevenbergMarquardt {
         let shrink = (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(0.1, 2.0);
         self.lambda = (self.lambda * shrink).max(LAMBDA_FLOOR);
         self.growth = 2.0;
+        if ratio > FAR_BETTER && self.termination.is_none() {
+            // c(t) = c(0) + slope t + curvature t^2 through what is known of the cost along p.
+            let slope = 2.0 * model.slope_at(&DVector::zeros(x.len())).dot(&p);
+            let curvature = -gain - slope;
+            let stretch = (-slope / (2.0 * curvature).max(-slope / LONGEST_STRETCH)).min(LONGEST_STRETCH);
+            let far = self.within_bounds(x + &p * stretch);
+            let reached = evaluate(&far)?;
+            if reached.cost < next.cost {
+                return Ok(Some((far, reached)));
+            }
+        }
         Ok(Some((trial, next)))
     }
 }
