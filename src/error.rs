@@ -1,5 +1,6 @@
 //! What can go wrong, and for whom.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Where in a file something is wrong.
@@ -74,6 +75,15 @@ impl Error {
         found: impl Into<String>,
     ) -> Self {
         Self::Malformed { path: path.to_owned(), place, expected: expected.into(), found: found.into() }
+    }
+
+    /// A measurement of which nothing is left; `dropped` counts the reasons.
+    #[must_use]
+    pub fn no_samples(path: &Path, dropped: &BTreeMap<&'static str, usize>) -> Self {
+        let reasons: Vec<String> = dropped.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
+        let reason =
+            if reasons.is_empty() { "the file has no rows of data".to_owned() } else { reasons.join(", ") };
+        Self::NoSamples { path: path.to_owned(), reason }
     }
 
     /// A file that could not be read.

@@ -69,10 +69,7 @@ struct ChannelRecord {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let measurement = arguments.read.read(&arguments.input)?;
     if measurement.directions.is_empty() {
-        let reasons: Vec<String> = measurement.dropped.iter().map(|(why, n)| format!("{n} {why}")).collect();
-        let reason =
-            if reasons.is_empty() { "the file has no rows of data".to_owned() } else { reasons.join(", ") };
-        return Err(Error::NoSamples { path: arguments.input.clone(), reason });
+        return Err(Error::no_samples(&arguments.input, &measurement.dropped));
     }
     let record = record(&measurement, &coverage(&measurement));
     say(&if arguments.json { json(&record)? } else { text(&record) })?;

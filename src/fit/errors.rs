@@ -2,6 +2,7 @@
 
 use super::metric::Metric;
 use super::parameters::ParameterTable;
+use super::problem::add_scaled;
 use crate::geometry::{BLOCK, Block};
 use crate::math::count;
 use crate::measurement::Samples;
@@ -70,7 +71,7 @@ impl Sums {
 #[must_use]
 pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable) -> ErrorTable {
     let channels = samples.values.len();
-    let values: Vec<_> = (0..channels).map(|channel| table.formula_values(channel)).collect();
+    let all_values: Vec<_> = (0..channels).map(|channel| table.formula_values(channel)).collect();
     let ranges: Vec<_> = samples.directions.blocks().collect();
     // Groups of blocks in a fixed division, summed in order.
     let partial: Vec<Vec<Sums>> = ranges
@@ -78,20 +79,23 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
         .map(|ranges| {
             let mut sums = vec![Sums::default(); channels];
             let mut block = Block::new();
-            let mut basis = BasisBlock::default();
+            let mut bases = vec![BasisBlock::default(); expression.lobes().len()];
             let mut f = Vec::with_capacity(BLOCK);
             for range in ranges {
                 samples.directions.fill(range.clone(), &mut block);
-                for ((channel, values), measured) in values.iter().enumerate().zip(&samples.values) {
+                for ((channel, values), measured) in all_values.iter().enumerate().zip(&samples.values) {
                     f.clear();
                     f.resize(block.len(), 0.0);
-                    for (lobe, (shapes, amplitudes)) in expression.lobes().iter().zip(values) {
-                        lobe.model.evaluate(&block, shapes, &mut basis);
+                    let lobes = expression.lobes().iter().zip(values).zip(&mut bases).enumerate();
+                    for (index, ((lobe, (shapes, amplitudes)), basis)) in lobes {
+                        // Channels with the same shapes share the basis of the one before.
+                        let before = channel.checked_sub(1).and_then(|c| all_values.get(c)?.get(index));
+                        if before.is_none_or(|(earlier, _)| earlier != shapes) {
+                            lobe.model.evaluate(&block, shapes, basis);
+                        }
                         let coefficients = lobe.model.coefficients(amplitudes).values;
                         for (row, coefficient) in basis.values.iter().zip(coefficients) {
-                            for (total, value) in f.iter_mut().zip(row) {
-                                *total += coefficient * value;
-                            }
+                            add_scaled(&mut f, row, coefficient);
                         }
                     }
                     let Some(sum) = sums.get_mut(channel) else { continue };

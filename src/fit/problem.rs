@@ -422,7 +422,8 @@ struct Scratch {
     slope: Vec<f64>,
 }
 
-fn add_scaled(sum: &mut [f64], row: &[f64], factor: f64) {
+/// Adds `factor` times `row`.
+pub(super) fn add_scaled(sum: &mut [f64], row: &[f64], factor: f64) {
     for (total, value) in sum.iter_mut().zip(row) {
         *total += factor * value;
     }

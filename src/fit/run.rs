@@ -166,9 +166,7 @@ pub fn fit(
     options: &Options,
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
-    let samples = Samples::select(measurement, &options.filters)?;
-    let names: Vec<String> = measurement.channels.iter().map(|channel| channel.name.clone()).collect();
-    let table = ParameterTable::new(expression, &names, measurement.directions.is_grid(), &options.settings)?;
+    let (samples, table) = prepare(measurement, expression, options)?;
     let task = Task { expression, samples: &samples, options };
 
     progress.stage("searching");
@@ -195,6 +193,18 @@ pub fn fit(
     Ok(fit)
 }
 
+/// The samples that count, and the parameters as the options want them.
+fn prepare(
+    measurement: &Measurement,
+    expression: &Expression,
+    options: &Options,
+) -> Result<(Samples, ParameterTable), Error> {
+    let samples = Samples::select(measurement, &options.filters)?;
+    let names: Vec<String> = measurement.channels.iter().map(|channel| channel.name.clone()).collect();
+    let table = ParameterTable::new(expression, &names, measurement.directions.is_grid(), &options.settings)?;
+    Ok((samples, table))
+}
+
 /// The reader's doubts about a file.
 fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
     measurement.doubts.iter().map(|(kind, text)| Warning { kind, parameter: None, text: text.clone() })
@@ -205,9 +215,7 @@ fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
 /// # Errors
 /// Like [`fit`].
 pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Options) -> Result<Fit, Error> {
-    let samples = Samples::select(measurement, &options.filters)?;
-    let names: Vec<String> = measurement.channels.iter().map(|channel| channel.name.clone()).collect();
-    let table = ParameterTable::new(expression, &names, measurement.directions.is_grid(), &options.settings)?;
+    let (samples, table) = prepare(measurement, expression, options)?;
     let defaults: Vec<String> = (0..table.rows().len())
         .filter(|index| table.rows().get(*index).is_some_and(|row| !row.given && row.status == Status::Free))
         .map(|index| table.name(index))
@@ -388,14 +396,22 @@ impl Task<'_> {
     fn worth_freeing(&self, table: &ParameterTable) -> Result<Vec<Warning>, Error> {
         let mut warnings = Vec::new();
         let mut seen: Vec<(usize, usize)> = Vec::new();
+        // Drawn and fitted as it is once, for the first parameter that asks.
+        let mut baseline: Option<(Samples, f64)> = None;
         for row in table.rows() {
             let place = (row.lobe, row.parameter);
             if !row.spec.fixed || row.status != Status::Fixed || row.given || seen.contains(&place) {
                 continue;
             }
             seen.push(place);
-            let few = self.samples.subset(CHECK_SAMPLES, self.options.seed);
-            let held = self.polish(&few, table.clone(), 30)?.cost;
+            let (few, held) = match baseline.take() {
+                Some(known) => known,
+                None => {
+                    let few = self.samples.subset(CHECK_SAMPLES, self.options.seed);
+                    let held = self.polish(&few, table.clone(), 30)?.cost;
+                    (few, held)
+                }
+            };
             let freed = table.with_freed(table.places(row.lobe, row.parameter));
             let loose = self.polish(&few, freed, 30)?.cost;
             if loose < (1.0 - WORTH_FREEING) * held {
@@ -410,6 +426,7 @@ impl Task<'_> {
                     ),
                 });
             }
+            baseline = Some((few, held));
         }
         Ok(warnings)
     }

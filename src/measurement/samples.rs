@@ -100,13 +100,7 @@ impl Samples {
             kept = stratified(&kept, wanted, filters.seed);
         }
         if kept.is_empty() {
-            let reasons: Vec<String> = dropped.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
-            let reason = if reasons.is_empty() {
-                "the file has no rows of data".to_owned()
-            } else {
-                reasons.join(", ")
-            };
-            return Err(Error::NoSamples { path: measurement.source.path.clone(), reason });
+            return Err(Error::no_samples(&measurement.source.path, &dropped));
         }
 
         let directions = measurement.directions.select(&kept);
