@@ -1587,6 +1587,7 @@ fn assert_report(report: &Value) {
             ("dof", "number"),
             ("cost", "number"),
             ("reduced_chi2", "number|null"),
+            ("condition", "number|null"),
             ("uncertainty_method", "string|null"),
         ],
     );

@@ -49,7 +49,7 @@ macro_rules! subcommands {
         enum Command { $(
             $(#[$doc])*
             #[command(allow_negative_numbers = true)]
-            $name($module::Arguments)
+            $name(Box<$module::Arguments>)
         ),* }
 
         fn run(command: &Command) -> Result<Outcome, Error> {

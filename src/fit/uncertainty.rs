@@ -46,6 +46,8 @@ pub struct Covariance {
     pub undetermined: Vec<usize>,
     /// Ratio of the largest to the smallest singular value of J with columns of unit length.
     pub condition: f64,
+    /// Rows that take part in the combination of parameters that is known worst.
+    pub weakest: Vec<usize>,
     /// Factor between a standard error and half a 95 % interval.
     pub quantile: f64,
 }
@@ -55,6 +57,9 @@ const SVD_ITERATIONS: usize = 10_000;
 
 /// Below this share of the largest singular value a direction is not determined by double precision.
 const RANK_TOLERANCE: f64 = 1e-11;
+
+/// A parameter with so large a part in a direction of unit length belongs to the combination.
+const IN_COMBINATION: f64 = 0.3;
 
 /// Half of a 95 % interval in standard errors: the 0.975 quantile of Student's t.
 fn half_interval(dof: f64) -> f64 {
@@ -127,6 +132,9 @@ impl Covariance {
             }
             half_inverse.column_mut(k).fill(0.0);
         }
+        let direction = v_t.row(svd.singular_values.imin());
+        let in_combination = direction.iter().zip(&rows).filter(|(entry, _)| entry.abs() > IN_COMBINATION);
+        let weakest = in_combination.map(|(_, row)| *row).collect();
         let inverse = &half_inverse * half_inverse.transpose();
         let (method, mut matrix) = match scatter {
             None => (Method::Absolute, inverse),
@@ -144,7 +152,7 @@ impl Covariance {
         matrix.component_mul_assign(&(&units * units.transpose()));
         // A given sigma leaves nothing to estimate: that is Student's distribution in the limit.
         let quantile = half_interval(if method == Method::Absolute { f64::INFINITY } else { dof });
-        Some(Self { method, rows, matrix, undetermined, condition: largest / smallest, quantile })
+        Some(Self { method, rows, matrix, undetermined, condition: largest / smallest, weakest, quantile })
     }
 
     fn position(&self, row: usize) -> Option<usize> {

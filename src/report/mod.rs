@@ -7,7 +7,7 @@ mod text;
 
 pub use text::{table, warnings};
 
-use crate::fit::{Errors, Fit, Metric, ParameterTable, Row, Status};
+use crate::fit::{Errors, Fit, Metric, ParameterTable, Product, Row, Status};
 use crate::measurement::Measurement;
 use crate::model::Expression;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -170,6 +170,9 @@ pub struct FitRecord {
     pub cost: f64,
     /// chi^2/dof for weights by sigma, else null.
     pub reduced_chi2: Option<f64>,
+    /// Ratio of the largest to the smallest singular value of J with columns of unit length; null where
+    /// there is no uncertainty.
+    pub condition: Option<f64>,
     /// sandwich or absolute; null where there is no uncertainty.
     pub uncertainty_method: Option<&'static str>,
 }
@@ -192,6 +195,8 @@ pub struct StartRecord {
     pub cost: f64,
     /// Shapes that it began with, by full name.
     pub shapes: InOrder<f64>,
+    /// Shapes that it led to, lobes of one kind in order.
+    pub reached: InOrder<f64>,
     /// Why its polishing stopped.
     pub reason: &'static str,
 }
@@ -219,6 +224,13 @@ pub struct OptionRecord {
     pub seed: u64,
     /// `--merl-bins`.
     pub merl_bins: &'static str,
+    /// `--loss`: none, huber or cauchy.
+    pub loss: &'static str,
+    /// Where residuals begin to count less, in units of the residual (standard deviations for weights by
+    /// sigma), given or found; null without a loss.
+    pub loss_scale: Option<f64>,
+    /// Whether that scale was found from the residuals; null without a loss.
+    pub loss_scale_auto: Option<bool>,
     /// `--timeout`, seconds.
     pub timeout_s: Option<f64>,
     /// `--fix`, `--init`, `--bounds`, `--free`, `--tie`, `--per-channel`, `--shared`, `--set`, as given.
@@ -353,7 +365,7 @@ impl Report {
             },
             metric: circumstances.metric.name(),
             parameters: table.rows().iter().enumerate().map(record).collect(),
-            derived: derived(expression, fit),
+            derived: derived(fit),
             correlation: correlation(fit),
             errors: ErrorRecord::from(&fit.errors.all),
             errors_by_channel: InOrder(by_channel.collect()),
@@ -362,6 +374,7 @@ impl Report {
                 dof: fit.dof,
                 cost: fit.cost,
                 reduced_chi2: fit.reduced_chi2,
+                condition: fit.covariance.as_ref().map(|c| c.condition).filter(|c| c.is_finite()),
                 uncertainty_method: fit.covariance.as_ref().map(|c| c.method.name()),
             },
             selection: SelectionRecord { aicc: fit.selection.aicc, bic: fit.selection.bic, held_out: None },
@@ -371,6 +384,9 @@ impl Report {
                 .map(|start| StartRecord {
                     cost: start.cost,
                     shapes: InOrder(start.shapes.clone()),
+                    reached: InOrder(
+                        start.reached.iter().map(|(row, value)| (table.name(*row), *value)).collect(),
+                    ),
                     reason: start.termination.name(),
                 })
                 .collect(),
@@ -445,29 +461,27 @@ fn interval(fit: &Fit, value: f64, std_error: Option<f64>) -> Option<[f64; 2]> {
     std_error.map(|error| [value - quantile * error, value + quantile * error])
 }
 
-/// The products that a lobe declares, where both factors are fitted.
-fn derived(expression: &Expression, fit: &Fit) -> Vec<Derived> {
+/// The products that lobes declare, where both factors are fitted.
+fn derived(fit: &Fit) -> Vec<Derived> {
     let table = &fit.table;
     let mut derived = Vec::new();
-    for (lobe_index, lobe) in expression.lobes().iter().enumerate() {
-        let parameters = lobe.model.parameters();
-        for (first, second) in lobe.model.products() {
-            let position = |name: &str| parameters.iter().position(|spec| spec.name == name);
-            let (Some(first_at), Some(second_at)) = (position(first), position(second)) else { continue };
-            let shared = [first_at, second_at].iter().all(|p| table.places(lobe_index, *p).len() == 1);
-            let count = if shared { 1 } else { table.channels().len() };
-            for channel in 0..count {
-                let rows =
-                    (table.place(lobe_index, first_at, channel), table.place(lobe_index, second_at, channel));
-                let (Some(a), Some(b)) = rows else { continue };
-                derived.extend(product(fit, a, b).map(|(value, std_error)| Derived {
-                    name: format!("{}.{first}*{second}", lobe.name),
-                    channel: if shared { None } else { table.channels().get(channel).cloned() },
-                    value,
-                    std_error,
-                    ci95: interval(fit, value, std_error),
-                }));
-            }
+    for Product { lobe, first, second } in table.products() {
+        let shared = [*first, *second].iter().all(|p| table.places(*lobe, *p).len() == 1);
+        let spec_name = |parameter: usize| {
+            let row = table.places(*lobe, parameter).first().and_then(|row| table.rows().get(*row));
+            row.map_or("", |row| row.spec.name)
+        };
+        let lobe_name = table.lobes().get(*lobe).map_or("", String::as_str);
+        for channel in 0..if shared { 1 } else { table.channels().len() } {
+            let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
+            let (Some(a), Some(b)) = rows else { continue };
+            derived.extend(product(fit, a, b).map(|(value, std_error)| Derived {
+                name: format!("{lobe_name}.{}*{}", spec_name(*first), spec_name(*second)),
+                channel: if shared { None } else { table.channels().get(channel).cloned() },
+                value,
+                std_error,
+                ci95: interval(fit, value, std_error),
+            }));
         }
     }
     derived
