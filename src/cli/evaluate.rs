@@ -60,6 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             merl_bins: arguments.read.merl_bins(),
             timeout_s: None,
             parameters: set.iter().map(|text| format!("--set {text}")).collect(),
+            ..OptionRecord::default()
         },
         times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
         fitted: false,

@@ -2,6 +2,7 @@
 
 use super::coarse::{Candidate, search};
 use super::errors::{ErrorTable, score};
+use super::hold_out::{self, HeldOut};
 use super::least_squares::LeastSquares;
 use super::levenberg_marquardt::{Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise};
 use super::metric::Metric;
@@ -28,6 +29,8 @@ pub struct Options {
     pub settings: Settings,
     /// Seed of the draws of samples.
     pub seed: u64,
+    /// Fraction of the angles of incidence that is left out of the fit, to judge it by; none if none.
+    pub hold_out: Option<f64>,
     /// Most iterations of the final fit.
     pub iterations: u64,
     /// Set to true to stop with the best so far.
@@ -43,6 +46,7 @@ impl Default for Options {
             filters: Filters::default(),
             settings: Vec::new(),
             seed: 0,
+            hold_out: None,
             iterations: 300,
             stop: None,
             deadline: None,
@@ -123,6 +127,8 @@ pub struct Fit {
     pub reduced_chi2: Option<f64>,
     /// Model selection.
     pub selection: Selection,
+    /// Errors on the samples held out, where some were.
+    pub held_out: Option<HeldOut>,
     /// The starts tried.
     pub starts: Vec<Start>,
     /// Why it stopped.
@@ -166,7 +172,13 @@ pub fn fit(
     options: &Options,
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
-    let (samples, table) = prepare(measurement, expression, options)?;
+    let (mut samples, table) = prepare(measurement, expression, options)?;
+    let mut unseen = None;
+    if let Some(fraction) = options.hold_out {
+        let (fitted, left_out) = hold_out::split(&samples, fraction, options.seed, measurement)?;
+        samples = fitted;
+        unseen = Some(left_out);
+    }
     let task = Task { expression, samples: &samples, options };
 
     progress.stage("searching");
@@ -189,6 +201,7 @@ pub fn fit(
 
     progress.stage("judging");
     let mut fit = task.judge(&problem, table, solution, starts)?;
+    fit.held_out = unseen.map(|unseen| unseen.judge(expression, &fit.table));
     fit.warnings.splice(0..0, doubts(measurement));
     Ok(fit)
 }
@@ -346,6 +359,7 @@ impl Task<'_> {
             reduced_chi2: (absolute && dof > 0).then(|| solution.cost / freedom),
             selection: selection(solution.cost, n, free, absolute),
             errors,
+            held_out: None,
             covariance,
             cost: solution.cost,
             n,
