@@ -63,6 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             loss_scale_auto: None,
             timeout_s: None,
             parameters: set.iter().map(|text| format!("--set {text}")).collect(),
+            ..OptionRecord::default()
         },
         times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
         fitted: false,

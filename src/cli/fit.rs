@@ -4,6 +4,7 @@ use super::input::{ReadArguments, SampleArguments};
 use super::output::{Output, json};
 use super::progress::Bar;
 use super::settings::SettingArguments;
+use super::trust::TrustArguments;
 use super::{Outcome, complain, say, show};
 use brdfit::Error;
 use brdfit::fit::{LossKind, Options, Progress, fit};
@@ -31,6 +32,8 @@ pub struct Arguments {
     samples: SampleArguments,
     #[command(flatten)]
     settings: SettingArguments,
+    #[command(flatten)]
+    trust: TrustArguments,
     #[command(flatten)]
     read: ReadArguments,
     /// How residuals count that are far larger than the others
@@ -210,7 +213,7 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
         })
         .transpose()?
         .flatten();
-    Ok(Options {
+    arguments.trust.apply(Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
         settings: arguments.settings.settings()?,
@@ -256,7 +259,7 @@ fn fit_input(
                 let circumstances = Circumstances {
                     metric: options.metric,
                     max_theta_deg: options.filters.max_theta_deg,
-                    options: OptionRecord {
+                    options: arguments.trust.record(OptionRecord {
                         samples: arguments.samples.samples(),
                         seed: options.seed,
                         merl_bins: arguments.read.merl_bins(),
@@ -265,7 +268,8 @@ fn fit_input(
                         loss_scale_auto: fitted.loss_scale.map(|_| options.loss_scale.is_none()),
                         timeout_s: arguments.timeout,
                         parameters: arguments.settings.as_given(),
-                    },
+                        ..OptionRecord::default()
+                    }),
                     times,
                     fitted: true,
                 };

@@ -11,6 +11,7 @@ mod output;
 mod progress;
 mod settings;
 mod synth;
+mod trust;
 
 use brdfit::Error;
 use brdfit::report::{Report, table, warnings};

@@ -2,6 +2,7 @@
 
 mod coarse;
 mod errors;
+mod hold_out;
 mod least_squares;
 mod levenberg_marquardt;
 mod loss;
@@ -14,6 +15,7 @@ mod uncertainty;
 mod warnings;
 
 pub use errors::{ErrorTable, Errors, score};
+pub use hold_out::{HeldOut, checked_fraction};
 pub use least_squares::{LeastSquares, Linearisation, Rows};
 pub use levenberg_marquardt::{
     LevenbergMarquardt, Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise,

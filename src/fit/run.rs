@@ -2,6 +2,7 @@
 
 use super::coarse::{Candidate, Profile, scan};
 use super::errors::{ErrorTable, score};
+use super::hold_out::{self, HeldOut};
 use super::least_squares::LeastSquares;
 use super::levenberg_marquardt::{Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise};
 use super::loss::{LossKind, Objective};
@@ -34,6 +35,8 @@ pub struct Options {
     pub settings: Settings,
     /// Seed of the draws of samples.
     pub seed: u64,
+    /// Fraction of the angles of incidence that is left out of the fit, to judge it by; none if none.
+    pub hold_out: Option<f64>,
     /// Most iterations of the final fit.
     pub iterations: u64,
     /// Set to true to stop with the best so far.
@@ -51,6 +54,7 @@ impl Default for Options {
             filters: Filters::default(),
             settings: Vec::new(),
             seed: 0,
+            hold_out: None,
             iterations: 300,
             stop: None,
             deadline: None,
@@ -124,6 +128,8 @@ pub struct Fit {
     pub selection: Selection,
     /// The scale of the loss; none without one.
     pub loss_scale: Option<f64>,
+    /// Errors on the samples held out, where some were.
+    pub held_out: Option<HeldOut>,
     /// The starts tried.
     pub starts: Vec<Start>,
     /// Why it stopped.
@@ -176,7 +182,13 @@ pub fn fit(
     options: &Options,
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
-    let (samples, table) = prepare(measurement, expression, options)?;
+    let (mut samples, table) = prepare(measurement, expression, options)?;
+    let mut unseen = None;
+    if let Some(fraction) = options.hold_out {
+        let (fitted, left_out) = hold_out::split(&samples, fraction, options.seed, measurement)?;
+        samples = fitted;
+        unseen = Some(left_out);
+    }
     let task = Task { expression, samples: &samples, options };
 
     progress.stage("searching");
@@ -201,6 +213,7 @@ pub fn fit(
 
     progress.stage("judging");
     let mut fit = task.judge(&problem, table, solution, found)?;
+    fit.held_out = unseen.map(|unseen| unseen.judge(expression, &fit.table));
     fit.warnings.splice(0..0, doubts(measurement));
     Ok(fit)
 }
@@ -473,6 +486,7 @@ impl Task<'_> {
             },
             loss_scale: robust.then_some(found.objective.scale),
             errors,
+            held_out: None,
             covariance,
             cost: solution.cost,
             n,

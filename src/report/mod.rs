@@ -7,7 +7,7 @@ mod text;
 
 pub use text::{table, warnings};
 
-use crate::fit::{Errors, Fit, Metric, ParameterTable, Product, Row, Status};
+use crate::fit::{Errors, Fit, HeldOut, Metric, ParameterTable, Product, Row, Status};
 use crate::measurement::Measurement;
 use crate::model::Expression;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -185,7 +185,30 @@ pub struct SelectionRecord {
     /// Bayesian criterion.
     pub bic: Option<f64>,
     /// Errors on samples that were held out; null where none were.
-    pub held_out: Option<ErrorRecord>,
+    pub held_out: Option<HeldOutRecord>,
+}
+
+/// Errors on samples that the fit has not seen.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct HeldOutRecord {
+    /// Every error, all channels together.
+    #[serde(flatten)]
+    pub errors: ErrorRecord,
+    /// How many samples were held out.
+    pub samples: usize,
+    /// Smallest and largest theta_i of each group of samples held out, degrees; twice the same for one
+    /// angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+}
+
+impl From<&HeldOut> for HeldOutRecord {
+    fn from(held: &HeldOut) -> Self {
+        Self {
+            errors: ErrorRecord::from(&held.errors),
+            samples: held.samples,
+            theta_i_deg: held.theta_i_deg.clone(),
+        }
+    }
 }
 
 /// One start of the search.
@@ -222,6 +245,8 @@ pub struct OptionRecord {
     pub samples: Option<usize>,
     /// `--seed`.
     pub seed: u64,
+    /// `--hold-out`; null for none.
+    pub hold_out: Option<f64>,
     /// `--merl-bins`.
     pub merl_bins: &'static str,
     /// `--loss`: none, huber or cauchy.
@@ -377,7 +402,11 @@ impl Report {
                 condition: fit.covariance.as_ref().map(|c| c.condition).filter(|c| c.is_finite()),
                 uncertainty_method: fit.covariance.as_ref().map(|c| c.method.name()),
             },
-            selection: SelectionRecord { aicc: fit.selection.aicc, bic: fit.selection.bic, held_out: None },
+            selection: SelectionRecord {
+                aicc: fit.selection.aicc,
+                bic: fit.selection.bic,
+                held_out: fit.held_out.as_ref().map(HeldOutRecord::from),
+            },
             starts: fit
                 .starts
                 .iter()
@@ -409,26 +438,51 @@ impl Report {
     /// The error in the metric that was fitted.
     #[must_use]
     pub fn fitted_error(&self) -> f64 {
+        self.in_fitted_metric(&self.errors)
+    }
+
+    /// The error in the metric that was fitted, on samples held out; none where none were.
+    #[must_use]
+    pub fn held_out_error(&self) -> Option<f64> {
+        self.selection.held_out.as_ref().map(|held| self.in_fitted_metric(&held.errors))
+    }
+
+    fn in_fitted_metric(&self, errors: &ErrorRecord) -> f64 {
         match self.metric {
-            "l2" => self.errors.l2,
-            "log" => self.errors.log,
-            _ => self.errors.cbrt,
+            "l2" => errors.l2,
+            "log" => errors.log,
+            _ => errors.cbrt,
+        }
+    }
+
+    /// What the error of samples held out is called in a ranking.
+    fn held_out_criterion(&self) -> &'static str {
+        match self.metric {
+            "l2" => "held-out l2",
+            "log" => "held-out log",
+            _ => "held-out cbrt",
         }
     }
 }
 
 impl Reports {
-    /// Several reports, ranked input by input.
+    /// Several reports, ranked input by input: by the error on samples held out where all have one, else by
+    /// that on the samples fitted.
     #[must_use]
     pub fn new(reports: Vec<Report>, failed: Vec<Failure>) -> Self {
-        let mut ranking: Vec<(usize, &Report)> = reports.iter().enumerate().collect();
+        let held_out: Option<Vec<f64>> = reports.iter().map(Report::held_out_error).collect();
+        let fitted = || reports.iter().map(Report::fitted_error).collect();
+        let by_held_out = held_out.is_some();
+        let values = held_out.unwrap_or_else(fitted);
+        let mut ranking: Vec<(usize, (&Report, f64))> = reports.iter().zip(values).enumerate().collect();
         let input = |report: &Report| reports.iter().position(|r| r.data.path == report.data.path);
-        ranking.sort_by(|(_, a), (_, b)| {
-            input(a).cmp(&input(b)).then(a.fitted_error().total_cmp(&b.fitted_error()))
-        });
+        ranking.sort_by(|(_, (a, x)), (_, (b, y))| input(a).cmp(&input(b)).then(x.total_cmp(y)));
         let ranking = ranking
             .into_iter()
-            .map(|(index, report)| Rank { index, criterion: report.metric, value: report.fitted_error() })
+            .map(|(index, (report, value))| {
+                let criterion = if by_held_out { report.held_out_criterion() } else { report.metric };
+                Rank { index, criterion, value }
+            })
             .collect();
         Self { schema: SCHEMA_SEVERAL, ranking, reports, failed }
     }
