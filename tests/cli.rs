@@ -1588,6 +1588,7 @@ fn assert_report(report: &Value) {
             ("cost", "number"),
             ("reduced_chi2", "number|null"),
             ("uncertainty_method", "string|null"),
+            ("resampling", "object|null"),
         ],
     );
     assert_fields(

@@ -1,5 +1,6 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
+use super::bootstrap::{self, Resampled, Uncertainty};
 use super::coarse::{Candidate, search};
 use super::errors::{ErrorTable, score};
 use super::hold_out::{self, HeldOut};
@@ -31,6 +32,8 @@ pub struct Options {
     pub seed: u64,
     /// Fraction of the angles of incidence that is left out of the fit, to judge it by; none if none.
     pub hold_out: Option<f64>,
+    /// Where standard errors come from.
+    pub uncertainty: Uncertainty,
     /// Most iterations of the final fit.
     pub iterations: u64,
     /// Set to true to stop with the best so far.
@@ -47,6 +50,7 @@ impl Default for Options {
             settings: Vec::new(),
             seed: 0,
             hold_out: None,
+            uncertainty: Uncertainty::default(),
             iterations: 300,
             stop: None,
             deadline: None,
@@ -117,6 +121,8 @@ pub struct Fit {
     pub errors: ErrorTable,
     /// Covariance of the free parameters.
     pub covariance: Option<Covariance>,
+    /// The fits repeated on resampled angles of incidence, where the covariance is theirs.
+    pub resampled: Option<Resampled>,
     /// The sum of squares that was minimised.
     pub cost: f64,
     /// Number of residuals.
@@ -179,6 +185,10 @@ pub fn fit(
         samples = fitted;
         unseen = Some(left_out);
     }
+    let groups = match options.uncertainty {
+        Uncertainty::Formula => None,
+        Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
+    };
     let task = Task { expression, samples: &samples, options };
 
     progress.stage("searching");
@@ -199,8 +209,14 @@ pub fn fit(
         solution.cost = solution.linearisation.cost;
     }
 
+    let (resampled, doubt) = match &groups {
+        None => (None, None),
+        Some(groups) => bootstrap::resample(&task, groups, &table, &solution, progress)?,
+    };
+
     progress.stage("judging");
-    let mut fit = task.judge(&problem, table, solution, starts)?;
+    let mut fit = task.judge(&problem, table, solution, starts, resampled)?;
+    fit.warnings.extend(doubt);
     fit.held_out = unseen.map(|unseen| unseen.judge(expression, &fit.table));
     fit.warnings.splice(0..0, doubts(measurement));
     Ok(fit)
@@ -237,7 +253,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
     let task = Task { expression, samples: &samples, options };
     let problem = task.problem(&samples, table.clone());
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
-    let mut fit = task.judge(&problem, table, solution, Vec::new())?;
+    let mut fit = task.judge(&problem, table, solution, Vec::new(), None)?;
     fit.warnings.retain(|warning| warning.kind == "not-usable");
     fit.warnings.splice(0..0, doubts(measurement));
     if !defaults.is_empty() {
@@ -254,18 +270,22 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
 }
 
 /// A fit in progress.
-struct Task<'a> {
-    expression: &'a Expression,
-    samples: &'a Samples,
-    options: &'a Options,
+pub(super) struct Task<'a> {
+    pub(super) expression: &'a Expression,
+    pub(super) samples: &'a Samples,
+    pub(super) options: &'a Options,
 }
 
 impl Task<'_> {
-    fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
+    pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
         Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
     }
 
-    fn problem<'s>(&'s self, samples: &'s Samples, table: ParameterTable) -> ReflectanceProblem<'s> {
+    pub(super) fn problem<'s>(
+        &'s self,
+        samples: &'s Samples,
+        table: ParameterTable,
+    ) -> ReflectanceProblem<'s> {
         ReflectanceProblem::new(self.expression, samples, table, self.options.metric)
     }
 
@@ -339,6 +359,7 @@ impl Task<'_> {
         table: ParameterTable,
         solution: Solution,
         starts: Vec<Start>,
+        resampled: Option<Resampled>,
     ) -> Result<Fit, Error> {
         let samples = self.samples;
         let errors = score(self.expression, samples, &table);
@@ -351,6 +372,12 @@ impl Task<'_> {
         let scatter = (!absolute).then(|| problem.scatter(&solution.x));
         let covariance =
             Covariance::new(&table, &solution.linearisation.matrix(free), scatter.as_ref(), freedom);
+        // Without a covariance by the formula nothing says which parameters are determined.
+        let resampled = resampled.filter(|_| covariance.is_some());
+        let covariance = match &resampled {
+            Some(resampled) => covariance.map(|formula| resampled.covariance(formula)),
+            None => covariance,
+        };
         let unusable = unusable(&solution, free, dof, &errors);
         let mut fit = Fit {
             weighting: samples.weighting,
@@ -361,6 +388,7 @@ impl Task<'_> {
             errors,
             held_out: None,
             covariance,
+            resampled,
             cost: solution.cost,
             n,
             dof,
