@@ -1589,6 +1589,7 @@ fn assert_report(report: &Value) {
             ("reduced_chi2", "number|null"),
             ("condition", "number|null"),
             ("uncertainty_method", "string|null"),
+            ("resampling", "object|null"),
         ],
     );
     assert_fields(

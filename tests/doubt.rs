@@ -86,7 +86,9 @@ fn cauchy_recovers_the_roughness_from_spoiled_data() {
                 (value(&report, "m") / roughness - 1.0).abs()
             };
             let (plain, huber, cauchy) = (error(""), error("--loss huber"), error("--loss cauchy"));
-            println!("m {roughness} noise {noise} {metric}: none {plain:.1e} huber {huber:.1e} cauchy {cauchy:.1e}");
+            println!(
+                "m {roughness} noise {noise} {metric}: none {plain:.1e} huber {huber:.1e} cauchy {cauchy:.1e}"
+            );
             assert!(cauchy < 0.01, "m {roughness} noise {noise} {metric}: off by {cauchy}");
             assert!(huber < 0.01, "m {roughness} noise {noise} {metric}: huber off by {huber}");
             // The data are bad enough for the test to mean something.
@@ -97,7 +99,8 @@ fn cauchy_recovers_the_roughness_from_spoiled_data() {
 
 #[test]
 fn the_scale_of_the_loss_is_in_units_of_the_residual() {
-    let folder = measured(&format!("-m {ONE_LOBE} --directions 2000 --noise 0.02 --noise-abs 0.001 --seed 1"));
+    let folder =
+        measured(&format!("-m {ONE_LOBE} --directions 2000 --noise 0.02 --noise-abs 0.001 --seed 1"));
     spoil(&folder, 0.01, 100.0, 4);
     // With given standard deviations the residuals' unit is one of them, so auto must find 1; the median
     // absolute deviation of 2000 residuals is good to about 2.6 %.
@@ -149,7 +152,8 @@ fn a_loss_that_discards_what_decides_says_so() {
     let folder = measured(&format!(
         "-m {ONE_LOBE} --set m=0.02 kd=0.3 f0=0.05 --directions 1000 --noise 0.02 --seed 3"
     ));
-    let report = fitted(folder.brdfit(&format!("fit clean.csv -m {ONE_LOBE} --metric l2 --loss cauchy --json")));
+    let report =
+        fitted(folder.brdfit(&format!("fit clean.csv -m {ONE_LOBE} --metric l2 --loss cauchy --json")));
     let texts = warnings(&report, "loss-discards");
     assert!(texts.iter().any(|text| text.contains("cook-torrance.m")), "{texts:?}");
     assert!(find(&report, "m")["std_error"].is_null());
@@ -170,7 +174,8 @@ fn the_product_of_scale_and_reflectance_is_known_where_its_factors_are_not() {
             let set = format!("--set kd={kd} f0={f0} m={m} --noise 0.01 --noise-abs 0.001 --seed {seed}");
             let folder = measured(&format!("-m {ONE_LOBE} --directions 1000 --max-theta 45 {set}"));
             for weights in ["sigma", "uniform"] {
-                let line = format!("fit clean.csv -m {ONE_LOBE} --free ks --metric l2 --weights {weights} --json");
+                let line =
+                    format!("fit clean.csv -m {ONE_LOBE} --free ks --metric l2 --weights {weights} --json");
                 let report = fitted(folder.brdfit(&line));
                 let texts = warnings(&report, "not-identifiable");
                 assert!(
@@ -196,7 +201,8 @@ fn the_product_of_scale_and_reflectance_is_known_where_its_factors_are_not() {
 
 #[test]
 fn scale_and_reflectance_are_told_apart_near_grazing() {
-    let folder = measured(&format!("-m {ONE_LOBE} --set kd=0.3 f0=0.04 m=0.2 --directions 1000 --noise 0.01"));
+    let folder =
+        measured(&format!("-m {ONE_LOBE} --set kd=0.3 f0=0.04 m=0.2 --directions 1000 --noise 0.01"));
     let report = fitted(folder.brdfit(&format!("fit clean.csv -m {ONE_LOBE} --free ks --json")));
     assert!(report["warnings"].as_array().unwrap().is_empty(), "{}", report["warnings"]);
 }
@@ -205,7 +211,8 @@ fn scale_and_reflectance_are_told_apart_near_grazing() {
 fn a_lobe_that_is_not_there_is_noticed() {
     let folder = measured("-m lambert --set kd=0.4 --directions 500 --noise 0.02");
     let report = fitted(folder.brdfit(&format!("fit clean.csv -m {ONE_LOBE} --free ks --json")));
-    let kinds: Vec<&str> = report["warnings"].as_array().unwrap().iter().filter_map(|w| w["kind"].as_str()).collect();
+    let kinds: Vec<&str> =
+        report["warnings"].as_array().unwrap().iter().filter_map(|w| w["kind"].as_str()).collect();
     let says = ["flat-profile", "not-identifiable", "correlated", "at-bound"];
     assert!(kinds.iter().any(|kind| says.contains(kind)), "{kinds:?}");
     assert_errors_mean_something(&report);
@@ -216,12 +223,15 @@ fn a_lobe_that_is_not_there_is_noticed() {
 #[test]
 fn a_mirror_sharper_than_the_bounds_has_no_errors_that_depend_on_them() {
     // Below its lower bound m cannot go, and the strength of the lobe makes up for it.
-    let folder = measured(&format!("-m {ONE_LOBE} --set kd=0.1 f0=0.5 m=0.01 --directions 1000 --noise 0.01"));
-    let report =
-        fitted(folder.brdfit(&format!("fit clean.csv -m {ONE_LOBE} --bounds m=0.03..1 --json")));
+    let folder =
+        measured(&format!("-m {ONE_LOBE} --set kd=0.1 f0=0.5 m=0.01 --directions 1000 --noise 0.01"));
+    let report = fitted(folder.brdfit(&format!("fit clean.csv -m {ONE_LOBE} --bounds m=0.03..1 --json")));
     assert_eq!(find(&report, "m")["status"], "at-lower");
     let texts = warnings(&report, "at-bound");
-    assert!(texts.iter().any(|text| text.contains("cook-torrance.m") && text.contains("--bounds")), "{texts:?}");
+    assert!(
+        texts.iter().any(|text| text.contains("cook-torrance.m") && text.contains("--bounds")),
+        "{texts:?}"
+    );
     assert_errors_mean_something(&report);
 }
 
@@ -256,9 +266,17 @@ fn two_lobes_are_found_and_come_in_order() {
         );
         let folder = measured(&format!("-m {two} {set} --directions 1500 --seed {round}"));
         let report = fitted(folder.brdfit(&format!("fit clean.csv -m {two} --json")));
-        let found: Vec<(String, f64)> = report["parameters"].as_array().unwrap().iter()
+        let found: Vec<(String, f64)> = report["parameters"]
+            .as_array()
+            .unwrap()
+            .iter()
             .filter(|p| p["name"] != "ks")
-            .map(|p| (format!("{}.{}", p["lobe"].as_str().unwrap(), p["name"].as_str().unwrap()), p["value"].as_f64().unwrap()))
+            .map(|p| {
+                (
+                    format!("{}.{}", p["lobe"].as_str().unwrap(), p["name"].as_str().unwrap()),
+                    p["value"].as_f64().unwrap(),
+                )
+            })
             .collect();
         let wanted = [
             ("lambert.kd", 0.2),

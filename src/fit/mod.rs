@@ -1,5 +1,6 @@
 //! Fitting: the least-squares problem, its solver, where it starts, and what can be trusted.
 
+mod bootstrap;
 mod coarse;
 mod errors;
 mod hold_out;
@@ -14,6 +15,7 @@ mod triangle;
 mod uncertainty;
 mod warnings;
 
+pub use bootstrap::{Resampled, Uncertainty};
 pub use errors::{ErrorTable, Errors, score};
 pub use hold_out::{HeldOut, checked_fraction};
 pub use least_squares::{LeastSquares, Linearisation, Rows};

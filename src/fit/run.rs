@@ -1,5 +1,6 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
+use super::bootstrap::{self, Resampled, Uncertainty};
 use super::coarse::{Candidate, Profile, scan};
 use super::errors::{ErrorTable, score};
 use super::hold_out::{self, HeldOut};
@@ -37,6 +38,8 @@ pub struct Options {
     pub seed: u64,
     /// Fraction of the angles of incidence that is left out of the fit, to judge it by; none if none.
     pub hold_out: Option<f64>,
+    /// Where standard errors come from.
+    pub uncertainty: Uncertainty,
     /// Most iterations of the final fit.
     pub iterations: u64,
     /// Set to true to stop with the best so far.
@@ -55,6 +58,7 @@ impl Default for Options {
             settings: Vec::new(),
             seed: 0,
             hold_out: None,
+            uncertainty: Uncertainty::default(),
             iterations: 300,
             stop: None,
             deadline: None,
@@ -116,6 +120,8 @@ pub struct Fit {
     pub errors: ErrorTable,
     /// Covariance of the free parameters.
     pub covariance: Option<Covariance>,
+    /// The fits repeated on resampled angles of incidence, where the covariance is theirs.
+    pub resampled: Option<Resampled>,
     /// The sum of squares that was minimised.
     pub cost: f64,
     /// Number of residuals.
@@ -189,6 +195,10 @@ pub fn fit(
         samples = fitted;
         unseen = Some(left_out);
     }
+    let groups = match options.uncertainty {
+        Uncertainty::Formula => None,
+        Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
+    };
     let task = Task { expression, samples: &samples, options };
 
     progress.stage("searching");
@@ -211,8 +221,14 @@ pub fn fit(
         solution.cost = solution.linearisation.cost;
     }
 
+    let (resampled, doubt) = match &groups {
+        None => (None, None),
+        Some(groups) => bootstrap::resample(&task, found.objective, groups, &table, &solution, progress)?,
+    };
+
     progress.stage("judging");
-    let mut fit = task.judge(&problem, table, solution, found)?;
+    let mut fit = task.judge(&problem, table, solution, found, resampled)?;
+    fit.warnings.extend(doubt);
     fit.held_out = unseen.map(|unseen| unseen.judge(expression, &fit.table));
     fit.warnings.splice(0..0, doubts(measurement));
     Ok(fit)
@@ -250,7 +266,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
     let found = Found { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
     let problem = task.problem(&samples, table.clone(), found.objective);
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
-    let mut fit = task.judge(&problem, table, solution, found)?;
+    let mut fit = task.judge(&problem, table, solution, found, None)?;
     fit.warnings.retain(|warning| warning.kind == "not-usable");
     fit.warnings.splice(0..0, doubts(measurement));
     if !defaults.is_empty() {
@@ -275,18 +291,18 @@ struct Found {
 }
 
 /// A fit in progress.
-struct Task<'a> {
-    expression: &'a Expression,
-    samples: &'a Samples,
-    options: &'a Options,
+pub(super) struct Task<'a> {
+    pub(super) expression: &'a Expression,
+    pub(super) samples: &'a Samples,
+    pub(super) options: &'a Options,
 }
 
 impl Task<'_> {
-    fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
+    pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
         Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
     }
 
-    fn problem<'s>(
+    pub(super) fn problem<'s>(
         &'s self,
         samples: &'s Samples,
         table: ParameterTable,
@@ -459,6 +475,7 @@ impl Task<'_> {
         table: ParameterTable,
         solution: Solution,
         found: Found,
+        resampled: Option<Resampled>,
     ) -> Result<Fit, Error> {
         let samples = self.samples;
         let robust = found.objective.loss != LossKind::None;
@@ -473,6 +490,12 @@ impl Task<'_> {
         let scatter = (!absolute).then(|| problem.scatter(&solution.x));
         let covariance =
             Covariance::new(&table, &solution.linearisation.matrix(free), scatter.as_ref(), freedom);
+        // Without a covariance by the formula nothing says which parameters are determined.
+        let resampled = resampled.filter(|_| covariance.is_some());
+        let covariance = match &resampled {
+            Some(resampled) => covariance.map(|formula| resampled.covariance(formula)),
+            None => covariance,
+        };
         let unusable = unusable(&solution, free, dof, &errors);
         let mut fit = Fit {
             weighting: samples.weighting,
@@ -488,6 +511,7 @@ impl Task<'_> {
             errors,
             held_out: None,
             covariance,
+            resampled,
             cost: solution.cost,
             n,
             dof,

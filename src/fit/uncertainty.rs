@@ -20,6 +20,8 @@ pub enum Method {
     Absolute,
     /// From the scatter of the residuals.
     Sandwich,
+    /// From fits repeated on resampled angles of incidence.
+    BlockBootstrap,
 }
 
 impl Method {
@@ -29,6 +31,7 @@ impl Method {
         match self {
             Self::Absolute => "absolute",
             Self::Sandwich => "sandwich",
+            Self::BlockBootstrap => "block-bootstrap",
         }
     }
 }

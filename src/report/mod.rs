@@ -7,7 +7,7 @@ mod text;
 
 pub use text::{table, warnings};
 
-use crate::fit::{Errors, Fit, HeldOut, Metric, ParameterTable, Product, Row, Status};
+use crate::fit::{Errors, Fit, HeldOut, Metric, ParameterTable, Product, Resampled, Row, Status};
 use crate::measurement::Measurement;
 use crate::model::Expression;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -173,8 +173,25 @@ pub struct FitRecord {
     /// Ratio of the largest to the smallest singular value of J with columns of unit length; null where
     /// there is no uncertainty.
     pub condition: Option<f64>,
-    /// sandwich or absolute; null where there is no uncertainty.
+    /// sandwich, absolute or block-bootstrap; null where there is no uncertainty.
     pub uncertainty_method: Option<&'static str>,
+    /// What the block bootstrap drew; null for other methods.
+    pub resampling: Option<ResamplingRecord>,
+}
+
+/// What the block bootstrap drew.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ResamplingRecord {
+    /// Fits repeated.
+    pub replicates: usize,
+    /// Smallest and largest theta_i of each group of samples, degrees; twice the same for one angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+}
+
+impl From<&Resampled> for ResamplingRecord {
+    fn from(resampled: &Resampled) -> Self {
+        Self { replicates: resampled.replicates, theta_i_deg: resampled.theta_i_deg.clone() }
+    }
 }
 
 /// Criteria for choosing between models.
@@ -247,6 +264,8 @@ pub struct OptionRecord {
     pub seed: u64,
     /// `--hold-out`; null for none.
     pub hold_out: Option<f64>,
+    /// `--uncertainty`; null where nothing was fitted.
+    pub uncertainty: Option<&'static str>,
     /// `--merl-bins`.
     pub merl_bins: &'static str,
     /// `--loss`: none, huber or cauchy.
@@ -401,6 +420,7 @@ impl Report {
                 reduced_chi2: fit.reduced_chi2,
                 condition: fit.covariance.as_ref().map(|c| c.condition).filter(|c| c.is_finite()),
                 uncertainty_method: fit.covariance.as_ref().map(|c| c.method.name()),
+                resampling: fit.resampled.as_ref().map(ResamplingRecord::from),
             },
             selection: SelectionRecord {
                 aicc: fit.selection.aicc,
@@ -497,7 +517,10 @@ fn parameter(fit: &Fit, index: usize, row: &Row, channels: &[String]) -> Paramet
         value: row.value,
         unit: row.spec.unit.symbol(),
         std_error,
-        ci95: interval(fit, row.value, std_error),
+        ci95: match &fit.resampled {
+            None => interval(fit, row.value, std_error),
+            Some(resampled) => std_error.and_then(|_| resampled.interval(index)),
+        },
         bounds: [row.bounds.0, row.bounds.1],
         initial: row.initial,
         status: match row.status {
@@ -529,31 +552,46 @@ fn derived(fit: &Fit) -> Vec<Derived> {
         for channel in 0..if shared { 1 } else { table.channels().len() } {
             let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
             let (Some(a), Some(b)) = rows else { continue };
-            derived.extend(product(fit, a, b).map(|(value, std_error)| Derived {
+            derived.extend(estimate(fit, a, b).map(|product| Derived {
                 name: format!("{lobe_name}.{}*{}", spec_name(*first), spec_name(*second)),
                 channel: if shared { None } else { table.channels().get(channel).cloned() },
-                value,
-                std_error,
-                ci95: interval(fit, value, std_error),
+                value: product.value,
+                std_error: product.std_error,
+                ci95: product.ci95,
             }));
         }
     }
     derived
 }
 
-/// Value and standard error of the product of two rows; none unless both are fitted.
-fn product(fit: &Fit, a: usize, b: usize) -> Option<(f64, Option<f64>)> {
+/// A product of two rows.
+struct Estimate {
+    value: f64,
+    std_error: Option<f64>,
+    ci95: Option<[f64; 2]>,
+}
+
+/// The product of two rows; none unless both are fitted.
+fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
     let rows = fit.table.rows();
     let (row_a, row_b) = (rows.get(a)?, rows.get(b)?);
     if row_a.status == Status::Fixed || row_b.status == Status::Fixed {
         return None;
     }
     let (x, y) = (row_a.value, row_b.value);
+    let (a, b) = (fit.table.source(a), fit.table.source(b));
     let variance = fit.covariance.as_ref().and_then(|c| {
-        let (a, b) = (fit.table.source(a), fit.table.source(b));
         Some(y * y * c.between(a, a)? + x * x * c.between(b, b)? + 2.0 * x * y * c.between(a, b)?)
     });
-    Some((x * y, variance.map(|v| v.max(0.0).sqrt())))
+    let value = x * y;
+    // The variance to first order says whether both factors are determined; repeated fits give the
+    // product's own.
+    if let Some(resampled) = &fit.resampled {
+        let (std_error, ci95) = variance.and_then(|_| resampled.product(a, b)).unzip();
+        return Some(Estimate { value, std_error, ci95 });
+    }
+    let std_error = variance.map(|v| v.max(0.0).sqrt());
+    Some(Estimate { value, std_error, ci95: interval(fit, value, std_error) })
 }
 
 fn correlation(fit: &Fit) -> Option<Correlation> {

@@ -185,10 +185,16 @@ fn errors(text: &mut String, report: &Report) -> std::fmt::Result {
             metrics(&held.errors)
         )?;
     }
-    let method = match report.fit.uncertainty_method {
-        Some("sandwich") => "sandwich: independent samples, each with its own noise",
-        Some("absolute") => "from the given sigma: independent samples",
-        _ => "none",
+    let method = match (report.fit.uncertainty_method, &report.fit.resampling) {
+        (_, Some(resampling)) => {
+            let ranges = resampling.theta_i_deg.iter().any(|[low, high]| low < high);
+            let groups = if ranges { "ranges of incidence angle" } else { "incidence angles" };
+            let n = resampling.theta_i_deg.len();
+            format!("block bootstrap over {n} {groups}, {} replicates", resampling.replicates)
+        }
+        (Some("sandwich"), _) => "sandwich: independent samples, each with its own noise".to_owned(),
+        (Some("absolute"), _) => "from the given sigma: independent samples".to_owned(),
+        _ => "none".to_owned(),
     };
     write!(
         text,
