@@ -1,5 +1,6 @@
 //! What the solver needs to know of a problem.
 
+use crate::math::count;
 use nalgebra::{DMatrix, DVector};
 
 /// Rows of a linear model that involve only some of the parameters.
@@ -52,6 +53,13 @@ impl Linearisation {
         Self { cost: residual.norm_squared(), blocks: vec![Rows { columns, jacobian, residual }] }
     }
 
+    /// Whether the cost and every row are finite numbers.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let finite = |rows: &Rows| rows.jacobian.iter().chain(rows.residual.iter()).all(|v| v.is_finite());
+        self.cost.is_finite() && self.blocks.iter().all(finite)
+    }
+
     /// J^T (J p + r): half the slope of the model's sum of squares at step `p`.
     #[must_use]
     pub fn slope_at(&self, p: &DVector<f64>) -> DVector<f64> {
@@ -83,6 +91,29 @@ impl Linearisation {
             rows.scatter(&lengths, &mut squares);
         }
         squares.map(f64::sqrt)
+    }
+
+    /// The standard deviation of each of `n` parameters, none of them at a bound:
+    /// sqrt(diag((J^T J)^-1) cost / dof), for independent residuals of equal variance. Correct at the minimum
+    /// only. None without degrees of freedom, or where the rows do not determine every parameter.
+    #[must_use]
+    pub fn standard_deviations(&self, n: usize, dof: usize) -> Option<DVector<f64>> {
+        let lengths = self.column_lengths(n);
+        let mut design = self.matrix(n);
+        if dof == 0 || design.nrows() < n {
+            return None;
+        }
+        // Columns of unit length: the condition number does not depend on the parameters' units.
+        for (mut column, length) in design.column_iter_mut().zip(lengths.iter()) {
+            column /= *length;
+        }
+        // (J^T J)^-1 = R^-1 R^-T, so that a row of R^-1 is as long as the parameter is uncertain.
+        let inverse = design.qr().r().solve_upper_triangular(&DMatrix::identity(n, n))?;
+        let deviation = (self.cost / count(dof)).sqrt();
+        let entries =
+            inverse.row_iter().zip(lengths.iter()).map(|(row, length)| deviation * row.norm() / length);
+        let deviations = DVector::from_iterator(n, entries);
+        deviations.iter().all(|d| d.is_finite()).then_some(deviations)
     }
 
     /// All rows over all of `n` parameters.
