@@ -109,11 +109,12 @@ impl Linearisation {
         }
         // (J^T J)^-1 = R^-1 R^-T, so that a row of R^-1 is as long as the parameter is uncertain.
         let inverse = design.qr().r().solve_upper_triangular(&DMatrix::identity(n, n))?;
-        let deviation = (self.cost / count(dof)).sqrt();
-        let entries =
-            inverse.row_iter().zip(lengths.iter()).map(|(row, length)| deviation * row.norm() / length);
-        let deviations = DVector::from_iterator(n, entries);
-        deviations.iter().all(|d| d.is_finite()).then_some(deviations)
+        let amplification = DVector::from_iterator(n, inverse.row_iter().map(|row| row.norm()));
+        // The inverse of a column's distance from what the others span: beyond this the distance is rounding.
+        if !amplification.iter().all(|a| *a < 0.1 / f64::EPSILON) {
+            return None;
+        }
+        Some(amplification.component_div(&lengths) * (self.cost / count(dof)).sqrt())
     }
 
     /// All rows over all of `n` parameters.
@@ -134,9 +135,53 @@ impl Linearisation {
 }
 
 /// A problem of the form: minimise the sum of squared residuals within bounds.
+///
+/// Problems need not be about reflectance. An exponential decay y = a e^(-k t) with k at least 0:
+///
+/// ```
+/// use brdfit::fit::{LeastSquares, Limits, Linearisation, Tolerances, minimise};
+/// use nalgebra::{DMatrix, DVector};
+///
+/// struct Decay {
+///     times: Vec<f64>,
+///     measured: Vec<f64>,
+/// }
+///
+/// impl LeastSquares for Decay {
+///     fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+///         let (a, k) = (x[0], x[1]);
+///         let n = self.times.len();
+///         let shape = |i: usize| (-k * self.times[i]).exp();
+///         let residual = DVector::from_fn(n, |i, _| a * shape(i) - self.measured[i]);
+///         let jacobian = DMatrix::from_fn(n, 2, |i, column| match column {
+///             0 => shape(i),
+///             _ => -a * self.times[i] * shape(i),
+///         });
+///         Linearisation::dense(jacobian, residual)
+///     }
+///
+///     fn bounds(&self) -> Vec<(f64, f64)> {
+///         vec![(f64::NEG_INFINITY, f64::INFINITY), (0.0, f64::INFINITY)]
+///     }
+/// }
+///
+/// let times = vec![0.0, 1.0, 2.0, 3.0];
+/// let measured = times.iter().map(|t| 5.0 * f64::exp(-0.7 * t)).collect();
+/// let problem = Decay { times, measured };
+/// let start = DVector::from_vec(vec![1.0, 0.1]);
+/// let solution = minimise(&problem, start, Tolerances::default(), Limits::default())?;
+///
+/// assert!(solution.termination.converged());
+/// assert!((solution.x[0] - 5.0).abs() < 1e-12 && (solution.x[1] - 0.7).abs() < 1e-12);
+/// // Two degrees of freedom; without noise there is next to no deviation.
+/// let deviations = solution.linearisation.standard_deviations(2, 2).unwrap();
+/// assert!(deviations.max() < 1e-12);
+/// # Ok::<(), brdfit::Error>(())
+/// ```
 pub trait LeastSquares {
     /// The sum of squares and its linear model at `x`, which lies within the bounds. A cost that is not
-    /// finite tells the solver to stay away.
+    /// finite, or rows that are not, tell the solver to stay away. Derivatives must belong to the residuals:
+    /// the solver trusts them more than the cost when it comes to the last digits.
     fn linearise(&self, x: &DVector<f64>) -> Linearisation;
 
     /// Smallest and largest value of each parameter; infinite where there is no bound.
@@ -145,5 +190,32 @@ pub trait LeastSquares {
     /// The cost below which there is nothing but rounding.
     fn cost_floor(&self) -> f64 {
         0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn standard_deviations_of_a_straight_line() {
+        // y = a + b x: var b = s^2/Sxx and var a = s^2 (1/n + mean^2/Sxx), in any textbook on regression.
+        let x = [1.0, 2.0, 4.0, 9.0];
+        let residual = DVector::from_vec(vec![0.3, -0.2, 0.1, -0.4]);
+        let jacobian = DMatrix::from_fn(4, 2, |i, column| if column == 0 { 1.0 } else { 1e6 * x[i] });
+        let variance = residual.norm_squared() / 2.0;
+        let (mean, sxx) = (4.0, 9.0 + 4.0 + 0.0 + 25.0);
+        let found =
+            Linearisation::dense(jacobian.clone(), residual.clone()).standard_deviations(2, 2).unwrap();
+        assert_relative_eq!(found[0], (variance * (0.25 + mean * mean / sxx)).sqrt(), max_relative = 1e-14);
+        assert_relative_eq!(found[1], (variance / sxx).sqrt() * 1e-6, max_relative = 1e-14);
+
+        // Twice the same column, a column of zeros, and no degrees of freedom.
+        let twice = DMatrix::from_columns(&[jacobian.column(1), jacobian.column(1)]);
+        assert!(Linearisation::dense(twice, residual.clone()).standard_deviations(2, 2).is_none());
+        let nothing = DMatrix::from_fn(4, 2, |i, column| if column == 0 { x[i] } else { 0.0 });
+        assert!(Linearisation::dense(nothing, residual.clone()).standard_deviations(2, 2).is_none());
+        assert!(Linearisation::dense(jacobian, residual).standard_deviations(2, 0).is_none());
     }
 }

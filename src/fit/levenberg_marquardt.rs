@@ -116,9 +116,9 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// A thousand iterations, several times what the hardest of the NIST problems takes (docs/nist.md).
+    /// Two thousand iterations, three times what the slowest of the NIST problems takes (docs/nist.md).
     fn default() -> Self {
-        Self::iterations(1000)
+        Self::iterations(2000)
     }
 }
 
@@ -133,7 +133,7 @@ pub struct Solution {
     pub linearisation: Linearisation,
     /// Why it stopped.
     pub termination: Termination,
-    /// Iterations.
+    /// Iterations, undamped steps after the search included.
     pub iterations: u64,
     /// Evaluations of the problem.
     pub evaluations: u64,
@@ -277,7 +277,10 @@ impl LevenbergMarquardt {
         // No parameter is known to be right to better than its own size at first. At the origin the residuals
         // give the size, which are in the same unit.
         let radius = self.radius.unwrap_or(if length > 0.0 { length } else { model.cost.sqrt() });
-        let p = self.step_within(radius, model, &scale, &self.room(x));
+        let room = self.room(x);
+        let undamped = bounded_step(model, &scale, 0.0, &room);
+        let promise = model.decrease(&undamped);
+        let p = self.step_within(radius, undamped, model, &scale, &room);
         let step_length = p.component_mul(&scale).norm();
         if !step_length.is_finite() {
             self.termination = Some(Termination::Stalled);
@@ -285,17 +288,16 @@ impl LevenbergMarquardt {
         }
         let predicted = model.decrease(&p);
         let step_is_small = step_length <= self.tolerances.step * (length + self.tolerances.step);
-        let promise_is_small = predicted <= (self.tolerances.cost * model.cost).max(self.cost_floor);
+        let promise_is_small = promise <= (self.tolerances.cost * model.cost).max(self.cost_floor);
 
         let trial = self.within_bounds(x + &p);
         let next = evaluate(&trial)?;
         let gain = model.cost - next.cost;
-        // A step that is short by itself, or promises little by itself, ends the search, taken or not;
-        // strong damping does both to any step.
-        let undamped = self.lambda <= 1.0;
+        // A step that is short by itself, or the promise of an undamped one that is small, ends the search,
+        // taken or not; a step that is short because the trust region is says nothing.
         self.termination = match (step_is_small, promise_is_small) {
-            (true, _) if undamped => Some(Termination::ConvergedStep),
-            (_, true) if undamped => Some(Termination::ConvergedCost),
+            (true, _) if self.lambda == 0.0 => Some(Termination::ConvergedStep),
+            (_, true) => Some(Termination::ConvergedCost),
             (true, _) => Some(Termination::Stalled),
             _ => None,
         };
@@ -309,7 +311,7 @@ impl LevenbergMarquardt {
                 let reason = self.termination;
                 self.termination = reason.or(Some(Termination::Stalled));
                 if let Some(refinement) = self.refinement(x, model)
-                    && let Some(taken) = self.settle(refinement, trial, next, model)
+                    && let Some(taken) = self.settle(refinement, trial, next, model.cost)
                 {
                     return Ok(Some(taken));
                 }
@@ -341,16 +343,17 @@ impl LevenbergMarquardt {
         Ok(Some((trial, next)))
     }
 
-    /// The step to the minimum of the model within `radius`; keeps its damping for the next call.
+    /// The step to the minimum of the model within `radius`, which is the `undamped` one if that is short
+    /// enough; keeps its damping for the next call.
     fn step_within(
         &mut self,
         radius: f64,
+        undamped: DVector<f64>,
         model: &Linearisation,
         scale: &DVector<f64>,
         room: &[(f64, f64)],
     ) -> DVector<f64> {
         let length = |p: &DVector<f64>| p.component_mul(scale).norm();
-        let undamped = bounded_step(model, scale, 0.0, room);
         // A length that is not a number belongs to a model without a unique minimum: damping gives one.
         let mut short = (0.0, length(&undamped));
         if short.1 <= (1.0 + RIM) * radius {
@@ -400,17 +403,17 @@ impl LevenbergMarquardt {
         worthwhile.then_some(Refinement { scale, step, length, left: self.tolerances.refinements })
     }
 
-    /// Keeps the `trial` that the undamped step leads to, whose linear model is `next`, if the step after it
-    /// is shorter; prepares that one.
+    /// Keeps the `trial` that an undamped step has led to from a point of this `cost`, and whose linear model
+    /// is `next`, if the step after it is shorter; prepares that one.
     fn settle(
         &mut self,
         Refinement { scale, length, left, .. }: Refinement,
         trial: DVector<f64>,
         next: Linearisation,
-        model: &Linearisation,
+        cost: f64,
     ) -> Option<(DVector<f64>, Linearisation)> {
         // The cost may change by its rounding, not more: a shorter step elsewhere is no improvement.
-        if !(next.is_finite() && lost_in_rounding(next.cost - model.cost, model.cost)) {
+        if !(next.is_finite() && lost_in_rounding(next.cost - cost, cost)) {
             return None;
         }
         let step = bounded_step(&next, &scale, 0.0, &self.room(&trial));
@@ -489,7 +492,7 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
             Phase::Refinement(refinement) => {
                 let trial = self.within_bounds(&x + &refinement.step);
                 let next = evaluate(&trial)?;
-                self.settle(refinement, trial, next, &model)
+                self.settle(refinement, trial, next, model.cost)
             }
             Phase::Search | Phase::Over => {
                 self.phase = Phase::Search;
@@ -712,9 +715,13 @@ impl Observe<LmState> for Listener {
     }
 }
 
-/// Minimises a problem from `start`.
+/// Minimises a problem from `start`, or from the point within the bounds that is closest to it.
+///
+/// [`LeastSquares`] has an example. A search that does not converge is not an error: see
+/// [`Solution::termination`].
 ///
 /// # Errors
+/// [`Error::Usage`] if `start` and the bounds differ in length, or a lower bound is not at most its upper one;
 /// [`Error::Optimiser`] if argmin itself fails, which is a defect.
 pub fn minimise<P: LeastSquares>(
     problem: &P,
@@ -723,8 +730,16 @@ pub fn minimise<P: LeastSquares>(
     limits: Limits,
 ) -> Result<Solution, Error> {
     let failed = |error: argmin::core::Error| Error::Optimiser(error.to_string());
+    let bounds = problem.bounds();
+    if bounds.len() != start.len() {
+        return Err(Error::Usage(format!("{} bounds for {} parameters", bounds.len(), start.len())));
+    }
+    // Not `lower > upper`: a bound that is NaN is none either.
+    if let Some((lower, upper)) = bounds.iter().find(|(lower, upper)| !(lower <= upper)) {
+        return Err(Error::Usage(format!("a lower bound of {lower} above its upper bound of {upper}")));
+    }
     let observer = limits.observer.clone();
-    let solver = LevenbergMarquardt::new(problem.bounds(), tolerances, limits);
+    let solver = LevenbergMarquardt::new(bounds, tolerances, limits);
     let mut executor = Executor::new(problem, solver)
         .configure(|state: LmState| state.param(start))
         .ctrlc(false)
@@ -791,5 +806,102 @@ mod tests {
         let solution = solve(vec![(-2.0, 2.0), (-1.0, 1.0)]);
         assert!(solution.termination.converged(), "{:?}", solution.termination);
         assert_relative_eq!(solution.x[0], 1.0, epsilon = 1e-9);
+    }
+
+    /// A problem of one parameter, from a function that gives residuals and their slopes.
+    struct Single<F>(F);
+
+    impl<F: Fn(f64) -> (Vec<f64>, Vec<f64>)> LeastSquares for Single<F> {
+        fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+            let (residual, slope) = (self.0)(x[0]);
+            Linearisation::dense(DMatrix::from_vec(slope.len(), 1, slope), DVector::from_vec(residual))
+        }
+        fn bounds(&self) -> Vec<(f64, f64)> {
+            vec![(f64::NEG_INFINITY, f64::INFINITY)]
+        }
+    }
+
+    fn solve_single(
+        problem: impl Fn(f64) -> (Vec<f64>, Vec<f64>),
+        start: f64,
+        tolerances: Tolerances,
+        limits: Limits,
+    ) -> Solution {
+        minimise(&Single(problem), DVector::from_element(1, start), tolerances, limits).unwrap()
+    }
+
+    /// Residuals e^x - 1 and e^-x - 3: e^2x - e^x = e^-2x - 3 e^-x at the minimum, and they do not vanish.
+    fn two_exponentials(x: f64) -> (Vec<f64>, Vec<f64>) {
+        let e = x.exp();
+        (vec![e - 1.0, 1.0 / e - 3.0], vec![e, -1.0 / e])
+    }
+
+    /// How far the gradient of `two_exponentials` is from zero, against its terms.
+    fn slope_left(x: f64) -> f64 {
+        let e = x.exp();
+        ((e * e - e) - (1.0 / (e * e) - 3.0 / e)).abs() / (3.0 / e)
+    }
+
+    #[test]
+    fn undamped_steps_win_the_digits_that_the_cost_cannot_tell() {
+        let loose = Tolerances { step: 1e-15, cost: 1e-8, gradient: 0.0, refinements: 0 };
+        let found = solve_single(two_exponentials, 3.0, loose, Limits::default());
+        assert_eq!(found.termination, Termination::ConvergedCost);
+        assert!(slope_left(found.x[0]) > 1e-9, "{}", slope_left(found.x[0]));
+        let refined =
+            solve_single(two_exponentials, 3.0, Tolerances { refinements: 50, ..loose }, Limits::default());
+        // Why the search ended does not change.
+        assert_eq!(refined.termination, Termination::ConvergedCost);
+        assert!(slope_left(refined.x[0]) < 1e-14, "{}", slope_left(refined.x[0]));
+    }
+
+    #[test]
+    fn undamped_steps_count_as_iterations() {
+        let loose = Tolerances { step: 0.0, cost: 1e-8, gradient: 0.0, refinements: 0 };
+        let search = solve_single(two_exponentials, 3.0, loose, Limits::default());
+        let two = Tolerances { refinements: 2, ..loose };
+        let refined = solve_single(two_exponentials, 3.0, two, Limits::default());
+        assert!(refined.iterations > search.iterations && refined.iterations <= search.iterations + 2);
+        // A limit that the search just keeps leaves none.
+        let limited = solve_single(two_exponentials, 3.0, two, Limits::iterations(search.iterations));
+        assert_eq!(limited.iterations, search.iterations);
+        assert_eq!(limited.termination, search.termination);
+    }
+
+    #[test]
+    fn keeps_away_from_where_the_residuals_are_not_finite() {
+        // ln x = -1 from above: the undamped step leads to negative x.
+        let logarithm = |x: f64| (vec![x.ln() + 1.0], vec![1.0 / x]);
+        let found = solve_single(logarithm, 10.0, Tolerances::default(), Limits::default());
+        assert!(found.termination.converged(), "{:?}", found.termination);
+        assert_relative_eq!(found.x[0], (-1.0_f64).exp(), max_relative = 1e-14);
+        let invalid = solve_single(logarithm, -1.0, Tolerances::default(), Limits::default());
+        assert_eq!(invalid.termination, Termination::Invalid);
+    }
+
+    #[test]
+    fn starts_at_the_origin() {
+        let line = |x: f64| (vec![x - 3.0, 2.0 * x - 5.0], vec![1.0, 2.0]);
+        let found = solve_single(line, 0.0, Tolerances::default(), Limits::default());
+        assert!(found.termination.converged(), "{:?}", found.termination);
+        assert_relative_eq!(found.x[0], 13.0 / 5.0, max_relative = 1e-15);
+    }
+
+    #[test]
+    fn a_wrong_derivative_is_no_convergence() {
+        let wrong = |x: f64| (vec![x - 3.0, 1.0], vec![-1.0, 0.0]);
+        let found = solve_single(wrong, 1.0, Tolerances::default(), Limits::default());
+        assert_eq!(found.termination, Termination::Stalled);
+        assert_relative_eq!(found.x[0], 1.0);
+    }
+
+    #[test]
+    fn bounds_that_make_no_sense_are_errors() {
+        let limits = || Limits::iterations(1);
+        let start = || DVector::from_vec(vec![0.0, 0.0]);
+        for bounds in [vec![(0.0, 1.0)], vec![(0.0, 1.0), (1.0, 0.0)], vec![(0.0, f64::NAN), (0.0, 1.0)]] {
+            let result = minimise(&Rosenbrock { bounds }, start(), Tolerances::default(), limits());
+            assert!(matches!(result, Err(Error::Usage(_))), "{result:?}");
+        }
     }
 }
