@@ -214,7 +214,7 @@ fn solve_amplitudes(
     let problem = ReflectanceProblem::new(expression, samples, table.with_fixed(Role::Shape), objective);
     let start = DVector::from_vec(problem.table().coordinates());
     // A scan needs to tell basins apart, no more.
-    let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4 };
+    let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };
     let limits = Limits { iterations: 12, observer: None, ..limits.clone() };
     let solution = minimise(&problem, start, tolerances, limits)?;
     let mut solved = problem.table().clone();

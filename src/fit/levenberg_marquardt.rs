@@ -1,11 +1,17 @@
 //! Levenberg-Marquardt within bounds, as a solver for argmin.
 //!
-//! Each step minimises the damped linear model |J p + r|^2 + lambda |D p|^2 over all p that stay within
-//! the bounds. D holds the largest column norms of J seen so far (More 1978), which makes the steps
-//! independent of the parameters' units; lambda follows the agreement of the model with the true cost
-//! (Nielsen 1999). The step is solved by a QR factorisation of (J; sqrt(lambda) D), never by the normal
-//! equations, which would halve the digits. Bounds are an active set on the linear model: parameters that
-//! would leave are held at their bound, and let go once the model wants them back.
+//! Each step minimises the linear model |J p + r|^2 over all p that stay within the bounds and within the
+//! trust region |D p| <= radius. D holds the largest column norms of J seen so far (More 1978), which makes
+//! the steps independent of the parameters' units; the radius follows the agreement of the model with the
+//! true cost. A step on the rim minimises the damped model |J p + r|^2 + lambda |D p|^2 for the lambda that
+//! makes it as long as the radius; it is solved by a QR factorisation of (J; sqrt(lambda) D), never by the
+//! normal equations, which would halve the digits. Bounds are an active set on the linear model: parameters
+//! that would leave are held at their bound, and let go once the model wants them back.
+//!
+//! Near a minimum the cost is flat: a change of the parameters by the square root of the rounding error
+//! changes it by no more than rounding, and a search that judges steps by the cost stops there, with half
+//! of the digits. The gradient is not flat. So once the search has ended, undamped steps go on as long as
+//! each is shorter than the last, whatever the cost does within its rounding.
 
 use super::least_squares::{LeastSquares, Linearisation, Rows};
 use crate::error::Error;
@@ -69,11 +75,16 @@ pub struct Tolerances {
     pub cost: f64,
     /// Cosine between the residuals and each column of the Jacobian.
     pub gradient: f64,
+    /// Most undamped steps after the search has ended, taken while each is shorter than the last, until one
+    /// is as short as `step`; each evaluates the problem once. They win the digits that the cost cannot
+    /// tell. They do not change why the search ended, except that one that stalled may turn out to have
+    /// converged. 0 for none.
+    pub refinements: u32,
 }
 
 impl Default for Tolerances {
     fn default() -> Self {
-        Self { step: 1e-11, cost: 1e-14, gradient: 1e-11 }
+        Self { step: 1e-12, cost: 1e-14, gradient: 1e-11, refinements: 50 }
     }
 }
 
@@ -104,6 +115,13 @@ impl Limits {
     }
 }
 
+impl Default for Limits {
+    /// Two thousand iterations, three times what the slowest of the NIST problems takes (docs/nist.md).
+    fn default() -> Self {
+        Self::iterations(2000)
+    }
+}
+
 /// The end of a minimisation.
 #[derive(Clone, Debug)]
 pub struct Solution {
@@ -115,7 +133,7 @@ pub struct Solution {
     pub linearisation: Linearisation,
     /// Why it stopped.
     pub termination: Termination,
-    /// Iterations.
+    /// Iterations, undamped steps after the search included.
     pub iterations: u64,
     /// Evaluations of the problem.
     pub evaluations: u64,
@@ -127,15 +145,39 @@ pub struct LevenbergMarquardt {
     tolerances: Tolerances,
     limits: Limits,
     bounds: Vec<(f64, f64)>,
+    /// Damping of the last step.
     lambda: f64,
-    /// Factor of the next increase of lambda.
-    growth: f64,
+    /// Of the trust region; none before the first step.
+    radius: Option<f64>,
     /// D: largest column norms so far.
     scale: DVector<f64>,
     /// Cost that is nothing but rounding.
     cost_floor: f64,
     current: Option<(DVector<f64>, Linearisation)>,
+    /// Why the search ended.
     termination: Option<Termination>,
+    phase: Phase,
+}
+
+/// What the next iteration does.
+#[derive(Clone)]
+enum Phase {
+    Search,
+    Refinement(Refinement),
+    Over,
+}
+
+/// Undamped steps under way.
+#[derive(Clone)]
+struct Refinement {
+    /// Column lengths at the point where they began.
+    scale: DVector<f64>,
+    /// The next step.
+    step: DVector<f64>,
+    /// Its length in units of `scale`; what must shrink.
+    length: f64,
+    /// How many more may follow.
+    left: u32,
 }
 
 /// The state that argmin keeps for the solver.
@@ -144,8 +186,13 @@ type LmState = IterState<DVector<f64>, (), (), (), (), f64>;
 /// Name under which argmin counts evaluations.
 const EVALUATIONS: &str = "linearise_count";
 
-/// Beyond this damping a step is shorter than rounding.
-const LAMBDA_LIMIT: f64 = 1e20;
+/// A step on the rim need not be exactly as long as the radius, which is a rough number itself.
+const RIM: f64 = 0.1;
+/// Trials of lambda for a step on the rim; five are rarely needed.
+const RIM_TRIALS: u32 = 30;
+/// A gain of less than this share of the promise shrinks the radius, of more than that lets it grow.
+const POOR_GAIN: f64 = 0.25;
+const GOOD_GAIN: f64 = 0.75;
 /// A step that gains so many times what the linear model promised is too short: the residuals' own
 /// curvature, which the model leaves out, cancels most of J^T J. Steps would go on creeping in the
 /// same direction, so the minimum along it is tried at once.
@@ -164,12 +211,13 @@ impl LevenbergMarquardt {
             tolerances,
             limits,
             bounds,
-            lambda: 1e-3,
-            growth: 2.0,
+            lambda: 0.0,
+            radius: None,
             scale,
             cost_floor: 0.0,
             current: None,
             termination: None,
+            phase: Phase::Search,
         }
     }
 
@@ -212,6 +260,11 @@ impl LevenbergMarquardt {
         x
     }
 
+    /// How far each parameter at `x` may move.
+    fn room(&self, x: &DVector<f64>) -> Vec<(f64, f64)> {
+        self.bounds.iter().zip(x.iter()).map(|(&(lower, upper), x)| (lower - x, upper - x)).collect()
+    }
+
     /// Tries one step. Returns the next point, or why there is none.
     fn step(
         &mut self,
@@ -220,57 +273,186 @@ impl LevenbergMarquardt {
         mut evaluate: impl FnMut(&DVector<f64>) -> Result<Linearisation, argmin::core::Error>,
     ) -> Result<Option<(DVector<f64>, Linearisation)>, argmin::core::Error> {
         let scale = self.effective_scale();
-        let room: Vec<(f64, f64)> =
-            self.bounds.iter().zip(x.iter()).map(|(&(lower, upper), x)| (lower - x, upper - x)).collect();
-        let p = bounded_step(model, &scale, self.lambda, &room);
-        let predicted = model.decrease(&p);
-
-        let step_length = p.component_mul(&scale).norm();
         let length = x.component_mul(&scale).norm();
-        if !p.iter().all(|v| v.is_finite()) {
-            self.lambda *= 10.0;
+        // No parameter is known to be right to better than its own size at first. At the origin the residuals
+        // give the size, which are in the same unit.
+        let radius = self.radius.unwrap_or(if length > 0.0 { length } else { model.cost.sqrt() });
+        let room = self.room(x);
+        let undamped = bounded_step(model, &scale, 0.0, &room);
+        let promise = model.decrease(&undamped);
+        let p = self.step_within(radius, undamped, model, &scale, &room);
+        let step_length = p.component_mul(&scale).norm();
+        if !step_length.is_finite() {
+            self.termination = Some(Termination::Stalled);
             return Ok(None);
         }
+        let predicted = model.decrease(&p);
         let step_is_small = step_length <= self.tolerances.step * (length + self.tolerances.step);
-        let promise_is_small = predicted <= (self.tolerances.cost * model.cost).max(self.cost_floor);
+        let promise_is_small = promise <= (self.tolerances.cost * model.cost).max(self.cost_floor);
 
         let trial = self.within_bounds(x + &p);
         let next = evaluate(&trial)?;
         let gain = model.cost - next.cost;
-        // A step that is short by itself, or promises little by itself, ends the search, taken or not;
-        // strong damping does both to any step.
-        let undamped = self.lambda <= 1.0;
+        // A step that is short by itself, or the promise of an undamped one that is small, ends the search,
+        // taken or not; a step that is short because the trust region is says nothing.
         self.termination = match (step_is_small, promise_is_small) {
-            (true, _) if undamped => Some(Termination::ConvergedStep),
-            (_, true) if undamped => Some(Termination::ConvergedCost),
+            (true, _) if self.lambda == 0.0 => Some(Termination::ConvergedStep),
+            (_, true) => Some(Termination::ConvergedCost),
             (true, _) => Some(Termination::Stalled),
             _ => None,
         };
+        // c(t) = c(0) + slope t + curvature t^2 through what is known of the cost along p.
+        let slope = 2.0 * model.slope_at(&DVector::zeros(x.len())).dot(&p);
+        let curvature = -gain - slope;
         // Not `gain <= 0`: a cost that is NaN is no gain either.
-        if !(next.cost.is_finite() && gain > 0.0) {
-            self.lambda *= self.growth;
-            self.growth *= 2.0;
-            if self.termination.is_none() && self.lambda > LAMBDA_LIMIT {
-                self.termination = Some(Termination::Stalled);
+        if !(next.is_finite() && gain > 0.0) {
+            if self.lambda == 0.0 && next.is_finite() && lost_in_rounding(-gain, model.cost) {
+                // Too close for the cost to tell: the next step's length tells whether this one was right.
+                let reason = self.termination;
+                self.termination = reason.or(Some(Termination::Stalled));
+                if let Some(refinement) = self.refinement(x, model)
+                    && let Some(taken) = self.settle(refinement, trial, next, model.cost)
+                {
+                    return Ok(Some(taken));
+                }
+                self.termination = reason;
+                if reason.is_some() {
+                    self.phase = Phase::Over;
+                }
             }
+            let shortened = if curvature.is_finite() { -slope / (2.0 * curvature) } else { 0.0 };
+            self.radius = Some(shortened.clamp(0.1, 0.5) * step_length);
             return Ok(None);
         }
         let ratio = if predicted > 0.0 { gain / predicted } else { 1.0 };
-        let shrink = (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(0.1, 2.0);
-        self.lambda = (self.lambda * shrink).max(LAMBDA_FLOOR);
-        self.growth = 2.0;
+        self.radius = Some(if ratio < POOR_GAIN {
+            0.5 * step_length
+        } else if ratio > GOOD_GAIN {
+            radius.max(2.0 * step_length)
+        } else {
+            radius
+        });
         if ratio > FAR_BETTER && self.termination.is_none() {
-            // c(t) = c(0) + slope t + curvature t^2 through what is known of the cost along p.
-            let slope = 2.0 * model.slope_at(&DVector::zeros(x.len())).dot(&p);
-            let curvature = -gain - slope;
             let stretch = (-slope / (2.0 * curvature).max(-slope / LONGEST_STRETCH)).min(LONGEST_STRETCH);
             let far = self.within_bounds(x + &p * stretch);
             let reached = evaluate(&far)?;
-            if reached.cost < next.cost {
+            if reached.is_finite() && reached.cost < next.cost {
                 return Ok(Some((far, reached)));
             }
         }
         Ok(Some((trial, next)))
+    }
+
+    /// The step to the minimum of the model within `radius`, which is the `undamped` one if that is short
+    /// enough; keeps its damping for the next call.
+    fn step_within(
+        &mut self,
+        radius: f64,
+        undamped: DVector<f64>,
+        model: &Linearisation,
+        scale: &DVector<f64>,
+        room: &[(f64, f64)],
+    ) -> DVector<f64> {
+        let length = |p: &DVector<f64>| p.component_mul(scale).norm();
+        // A length that is not a number belongs to a model without a unique minimum: damping gives one.
+        let mut short = (0.0, length(&undamped));
+        if short.1 <= (1.0 + RIM) * radius {
+            self.lambda = 0.0;
+            return undamped;
+        }
+        // At the damped minimum, lambda |D p|^2 <= -g.p <= |D^-1 g| |D p| with the gradient g.
+        let gradient = model.slope_at(&DVector::zeros(scale.len())).component_div(scale).norm();
+        let mut long = (gradient / radius, 0.0);
+        let mut lambda = if self.lambda > 0.0 && self.lambda < long.0 { self.lambda } else { 1e-3 * long.0 };
+        let mut p = undamped;
+        for _ in 0..RIM_TRIALS {
+            p = bounded_step(model, scale, lambda, room);
+            let reached = length(&p);
+            if (reached - radius).abs() <= RIM * radius {
+                break;
+            }
+            if reached <= radius {
+                long = (lambda, reached)
+            } else {
+                short = (lambda, reached)
+            }
+            // The inverse length grows nearly linearly with lambda (Hebden 1973).
+            let share = (1.0 / radius - 1.0 / short.1) / (1.0 / long.1 - 1.0 / short.1);
+            let secant = short.0 + share * (long.0 - short.0);
+            lambda = if long.1 > 0.0 && secant > short.0 && secant < long.0 {
+                secant
+            } else {
+                (short.0.max(1e-4 * long.0) * long.0).sqrt()
+            };
+        }
+        self.lambda = lambda;
+        p
+    }
+
+    /// The undamped steps that may follow the search when it ends at `x`; none if they are not wanted, or if
+    /// there is nothing to gain.
+    fn refinement(&self, x: &DVector<f64>, model: &Linearisation) -> Option<Refinement> {
+        if self.tolerances.refinements == 0 || model.cost <= self.cost_floor {
+            return None;
+        }
+        // D is for the damping, of which there is none, and may remember columns that were much longer.
+        let scale = model.column_lengths(x.len()).map(|s| if s > 0.0 { s } else { 1.0 });
+        let step = bounded_step(model, &scale, 0.0, &self.room(x));
+        let length = step.component_mul(&scale).norm();
+        let worthwhile = length > self.tolerances.step * x.component_mul(&scale).norm();
+        worthwhile.then_some(Refinement { scale, step, length, left: self.tolerances.refinements })
+    }
+
+    /// Keeps the `trial` that an undamped step has led to from a point of this `cost`, and whose linear model
+    /// is `next`, if the step after it is shorter; prepares that one.
+    fn settle(
+        &mut self,
+        Refinement { scale, length, left, .. }: Refinement,
+        trial: DVector<f64>,
+        next: Linearisation,
+        cost: f64,
+    ) -> Option<(DVector<f64>, Linearisation)> {
+        // The cost may change by its rounding, not more: a shorter step elsewhere is no improvement.
+        if !(next.is_finite() && lost_in_rounding(next.cost - cost, cost)) {
+            return None;
+        }
+        let step = bounded_step(&next, &scale, 0.0, &self.room(&trial));
+        let shorter = step.component_mul(&scale).norm();
+        if !(shorter < length) {
+            return None;
+        }
+        let arrived = shorter <= self.tolerances.step * trial.component_mul(&scale).norm();
+        if arrived && self.termination == Some(Termination::Stalled) {
+            self.termination = Some(Termination::ConvergedStep);
+        }
+        self.phase = if arrived || left <= 1 {
+            Phase::Over
+        } else {
+            Phase::Refinement(Refinement { scale, step, length: shorter, left: left - 1 })
+        };
+        Some((trial, next))
+    }
+}
+
+/// Whether a rise of the cost is no more than what rounding of the residuals can do to it near a minimum:
+/// far above the rounding of a sum, since residuals are differences of larger numbers, and far below
+/// what anyone would notice.
+fn lost_in_rounding(rise: f64, cost: f64) -> bool {
+    rise <= f64::EPSILON.sqrt() * cost
+}
+
+impl LevenbergMarquardt {
+    /// What ends a minimisation from outside.
+    fn outside_reason(&self, state: &LmState) -> Option<Termination> {
+        if self.limits.stop.as_ref().is_some_and(|s| s.load(Ordering::Relaxed)) {
+            Some(Termination::Interrupted)
+        } else if self.limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            Some(Termination::Timeout)
+        } else if state.get_iter() >= self.limits.iterations {
+            Some(Termination::IterationLimit)
+        } else {
+            None
+        }
     }
 }
 
@@ -305,7 +487,18 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         state: LmState,
     ) -> Result<(LmState, Option<KV>), argmin::core::Error> {
         let Some((x, model)) = self.current.take() else { return Ok((state, None)) };
-        let next = self.step(&x, &model, |trial| problem.problem(EVALUATIONS, |p| Ok(p.linearise(trial))))?;
+        let mut evaluate = |trial: &DVector<f64>| problem.problem(EVALUATIONS, |p| Ok(p.linearise(trial)));
+        let next = match std::mem::replace(&mut self.phase, Phase::Over) {
+            Phase::Refinement(refinement) => {
+                let trial = self.within_bounds(&x + &refinement.step);
+                let next = evaluate(&trial)?;
+                self.settle(refinement, trial, next, model.cost)
+            }
+            Phase::Search | Phase::Over => {
+                self.phase = Phase::Search;
+                self.step(&x, &model, &mut evaluate)?
+            }
+        };
         let (x, model) = match next {
             Some((x, model)) => {
                 self.update_scale(&model);
@@ -319,20 +512,26 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
     }
 
     fn terminate(&mut self, state: &LmState) -> TerminationStatus {
+        let previous = std::mem::replace(&mut self.phase, Phase::Over);
+        let ended = self.outside_reason(state);
         if self.termination.is_none() {
-            self.termination = if self.limits.stop.as_ref().is_some_and(|s| s.load(Ordering::Relaxed)) {
-                Some(Termination::Interrupted)
-            } else if self.limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
-                Some(Termination::Timeout)
-            } else if self.current.as_ref().is_some_and(|(x, model)| {
+            let flat = self.current.as_ref().is_some_and(|(x, model)| {
                 model.cost <= self.cost_floor || self.largest_cosine(x, model) <= self.tolerances.gradient
-            }) {
-                Some(Termination::ConvergedGradient)
-            } else if state.get_iter() >= self.limits.iterations {
-                Some(Termination::IterationLimit)
-            } else {
-                None
-            };
+            });
+            self.termination = if flat { Some(Termination::ConvergedGradient) } else { ended };
+        }
+        let at_rest =
+            self.termination.is_some_and(|reason| reason.converged() || reason == Termination::Stalled);
+        self.phase = match (previous, &self.current) {
+            (Phase::Search, _) if self.termination.is_none() => Phase::Search,
+            (Phase::Search, Some((x, model))) if at_rest && ended.is_none() => {
+                self.refinement(x, model).map_or(Phase::Over, Phase::Refinement)
+            }
+            (Phase::Refinement(refinement), _) if ended.is_none() => Phase::Refinement(refinement),
+            _ => Phase::Over,
+        };
+        if let Phase::Refinement(_) = self.phase {
+            return TerminationStatus::NotTerminated;
         }
         match self.termination {
             Some(reason) if reason.converged() => {
@@ -516,9 +715,13 @@ impl Observe<LmState> for Listener {
     }
 }
 
-/// Minimises a problem from `start`.
+/// Minimises a problem from `start`, or from the point within the bounds that is closest to it.
+///
+/// [`LeastSquares`] has an example. A search that does not converge is not an error: see
+/// [`Solution::termination`].
 ///
 /// # Errors
+/// [`Error::Usage`] if `start` and the bounds differ in length, or a lower bound is not at most its upper one;
 /// [`Error::Optimiser`] if argmin itself fails, which is a defect.
 pub fn minimise<P: LeastSquares>(
     problem: &P,
@@ -527,8 +730,16 @@ pub fn minimise<P: LeastSquares>(
     limits: Limits,
 ) -> Result<Solution, Error> {
     let failed = |error: argmin::core::Error| Error::Optimiser(error.to_string());
+    let bounds = problem.bounds();
+    if bounds.len() != start.len() {
+        return Err(Error::Usage(format!("{} bounds for {} parameters", bounds.len(), start.len())));
+    }
+    // Not `lower > upper`: a bound that is NaN is none either.
+    if let Some((lower, upper)) = bounds.iter().find(|(lower, upper)| !(lower <= upper)) {
+        return Err(Error::Usage(format!("a lower bound of {lower} above its upper bound of {upper}")));
+    }
     let observer = limits.observer.clone();
-    let solver = LevenbergMarquardt::new(problem.bounds(), tolerances, limits);
+    let solver = LevenbergMarquardt::new(bounds, tolerances, limits);
     let mut executor = Executor::new(problem, solver)
         .configure(|state: LmState| state.param(start))
         .ctrlc(false)
@@ -595,5 +806,102 @@ mod tests {
         let solution = solve(vec![(-2.0, 2.0), (-1.0, 1.0)]);
         assert!(solution.termination.converged(), "{:?}", solution.termination);
         assert_relative_eq!(solution.x[0], 1.0, epsilon = 1e-9);
+    }
+
+    /// A problem of one parameter, from a function that gives residuals and their slopes.
+    struct Single<F>(F);
+
+    impl<F: Fn(f64) -> (Vec<f64>, Vec<f64>)> LeastSquares for Single<F> {
+        fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+            let (residual, slope) = (self.0)(x[0]);
+            Linearisation::dense(DMatrix::from_vec(slope.len(), 1, slope), DVector::from_vec(residual))
+        }
+        fn bounds(&self) -> Vec<(f64, f64)> {
+            vec![(f64::NEG_INFINITY, f64::INFINITY)]
+        }
+    }
+
+    fn solve_single(
+        problem: impl Fn(f64) -> (Vec<f64>, Vec<f64>),
+        start: f64,
+        tolerances: Tolerances,
+        limits: Limits,
+    ) -> Solution {
+        minimise(&Single(problem), DVector::from_element(1, start), tolerances, limits).unwrap()
+    }
+
+    /// Residuals e^x - 1 and e^-x - 3: e^2x - e^x = e^-2x - 3 e^-x at the minimum, and they do not vanish.
+    fn two_exponentials(x: f64) -> (Vec<f64>, Vec<f64>) {
+        let e = x.exp();
+        (vec![e - 1.0, 1.0 / e - 3.0], vec![e, -1.0 / e])
+    }
+
+    /// How far the gradient of `two_exponentials` is from zero, against its terms.
+    fn slope_left(x: f64) -> f64 {
+        let e = x.exp();
+        ((e * e - e) - (1.0 / (e * e) - 3.0 / e)).abs() / (3.0 / e)
+    }
+
+    #[test]
+    fn undamped_steps_win_the_digits_that_the_cost_cannot_tell() {
+        let loose = Tolerances { step: 1e-15, cost: 1e-8, gradient: 0.0, refinements: 0 };
+        let found = solve_single(two_exponentials, 3.0, loose, Limits::default());
+        assert_eq!(found.termination, Termination::ConvergedCost);
+        assert!(slope_left(found.x[0]) > 1e-9, "{}", slope_left(found.x[0]));
+        let refined =
+            solve_single(two_exponentials, 3.0, Tolerances { refinements: 50, ..loose }, Limits::default());
+        // Why the search ended does not change.
+        assert_eq!(refined.termination, Termination::ConvergedCost);
+        assert!(slope_left(refined.x[0]) < 1e-14, "{}", slope_left(refined.x[0]));
+    }
+
+    #[test]
+    fn undamped_steps_count_as_iterations() {
+        let loose = Tolerances { step: 0.0, cost: 1e-8, gradient: 0.0, refinements: 0 };
+        let search = solve_single(two_exponentials, 3.0, loose, Limits::default());
+        let two = Tolerances { refinements: 2, ..loose };
+        let refined = solve_single(two_exponentials, 3.0, two, Limits::default());
+        assert!(refined.iterations > search.iterations && refined.iterations <= search.iterations + 2);
+        // A limit that the search just keeps leaves none.
+        let limited = solve_single(two_exponentials, 3.0, two, Limits::iterations(search.iterations));
+        assert_eq!(limited.iterations, search.iterations);
+        assert_eq!(limited.termination, search.termination);
+    }
+
+    #[test]
+    fn keeps_away_from_where_the_residuals_are_not_finite() {
+        // ln x = -1 from above: the undamped step leads to negative x.
+        let logarithm = |x: f64| (vec![x.ln() + 1.0], vec![1.0 / x]);
+        let found = solve_single(logarithm, 10.0, Tolerances::default(), Limits::default());
+        assert!(found.termination.converged(), "{:?}", found.termination);
+        assert_relative_eq!(found.x[0], (-1.0_f64).exp(), max_relative = 1e-14);
+        let invalid = solve_single(logarithm, -1.0, Tolerances::default(), Limits::default());
+        assert_eq!(invalid.termination, Termination::Invalid);
+    }
+
+    #[test]
+    fn starts_at_the_origin() {
+        let line = |x: f64| (vec![x - 3.0, 2.0 * x - 5.0], vec![1.0, 2.0]);
+        let found = solve_single(line, 0.0, Tolerances::default(), Limits::default());
+        assert!(found.termination.converged(), "{:?}", found.termination);
+        assert_relative_eq!(found.x[0], 13.0 / 5.0, max_relative = 1e-15);
+    }
+
+    #[test]
+    fn a_wrong_derivative_is_no_convergence() {
+        let wrong = |x: f64| (vec![x - 3.0, 1.0], vec![-1.0, 0.0]);
+        let found = solve_single(wrong, 1.0, Tolerances::default(), Limits::default());
+        assert_eq!(found.termination, Termination::Stalled);
+        assert_relative_eq!(found.x[0], 1.0);
+    }
+
+    #[test]
+    fn bounds_that_make_no_sense_are_errors() {
+        let limits = || Limits::iterations(1);
+        let start = || DVector::from_vec(vec![0.0, 0.0]);
+        for bounds in [vec![(0.0, 1.0)], vec![(0.0, 1.0), (1.0, 0.0)], vec![(0.0, f64::NAN), (0.0, 1.0)]] {
+            let result = minimise(&Rosenbrock { bounds }, start(), Tolerances::default(), limits());
+            assert!(matches!(result, Err(Error::Usage(_))), "{result:?}");
+        }
     }
 }

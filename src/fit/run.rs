@@ -152,7 +152,7 @@ pub struct Fit {
 
 /// The end of a fit. A promised decrease of 1e-12 of the cost moves the parameters by about
 /// 1e-6 sqrt(n) standard errors.
-const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11 };
+const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11, refinements: 2 };
 /// Samples of the scan, of the polishing of its best points, and of the check of default-fixed parameters.
 const SCAN_SAMPLES: usize = 800;
 const POLISH_SAMPLES: usize = 6000;
@@ -440,7 +440,7 @@ impl Task<'_> {
     ) -> Result<Solution, Error> {
         let problem = self.problem(samples, table, objective);
         let start = DVector::from_vec(problem.table().coordinates());
-        let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6 };
+        let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
         minimise(&problem, start, tolerances, self.limits(iterations, None))
     }
 
