@@ -335,9 +335,9 @@ impl Task<'_> {
         let dof = signed(n) - signed(free);
         let freedom = count(n) - count(free);
         let absolute = samples.weighting == Weighting::Sigma;
-        let scatter = (!absolute).then(|| problem.scatter(&solution.x));
-        let covariance =
-            Covariance::new(&table, &solution.linearisation.matrix(free), scatter.as_ref(), freedom);
+        let typical = (solution.cost / freedom).sqrt();
+        let scatter = (!absolute).then_some(|root: &_| problem.scatter(&solution.x, root, typical));
+        let covariance = Covariance::new(&table, &solution.linearisation.matrix(free), scatter, freedom);
         let unusable = unusable(&solution, free, dof, &errors);
         let mut fit = Fit {
             weighting: samples.weighting,
