@@ -62,7 +62,7 @@ const FEWEST_REPLICATES: usize = 50;
 /// Fewer angles than this can be drawn in too few ways.
 const FEWEST_GROUPS: usize = 5;
 /// Each fit begins close to its minimum, and its last step is far below the spread between fits.
-const LOOSE: Tolerances = Tolerances { step: 1e-5, cost: 1e-6, gradient: 1e-6 };
+const LOOSE: Tolerances = Tolerances { step: 1e-5, cost: 1e-6, gradient: 1e-6, refinements: 0 };
 /// Fits that take longer than this creep along a valley, and count from where they got to: without them the
 /// errors would come out too small.
 const ITERATIONS: u64 = 20;

@@ -10,6 +10,7 @@ use super::loss::{LossKind, Objective, robust_deviation, weighted_quantile};
 use super::metric::{Metric, Transform};
 use super::parameters::ParameterTable;
 use super::triangle::Triangle;
+use super::uncertainty::left_out;
 use crate::geometry::{BLOCK, Block};
 use crate::math::count;
 use crate::measurement::Samples;
@@ -64,12 +65,17 @@ struct Slot {
 }
 
 /// What a pass over the samples gathers.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Pass {
+#[derive(Clone, Copy)]
+enum Pass<'r> {
     /// J^T J and J^T r.
     Model,
-    /// sum r^2 J J^T: the middle of the sandwich.
-    Scatter,
+    /// sum e^2 J J^T, the middle of the sandwich.
+    Scatter {
+        /// Per channel, R with |R J_s|^2 the leverage of sample s.
+        roots: &'r [Triangle],
+        /// Root mean square of the residuals.
+        typical: f64,
+    },
 }
 
 /// The result of a stretch of samples, per channel.
@@ -137,10 +143,23 @@ impl<'a> ReflectanceProblem<'a> {
         self.samples.len() * self.targets.len()
     }
 
-    /// Rows whose products make up sum w^2 r^2 J J^T at `x`, the middle of the sandwich covariance.
+    /// Rows whose products make up sum J_s J_s^T e_s^2 at `x`, the middle of the sandwich covariance; e_s is
+    /// the residual that its sample would have in a fit without it. `root` has a row per parameter and
+    /// root root^T = (J^T J)^-1; `typical` is the root mean square of the residuals.
     #[must_use]
-    pub fn scatter(&self, x: &DVector<f64>) -> DMatrix<f64> {
-        self.pass(x, Pass::Scatter).matrix(x.len())
+    pub fn scatter(&self, x: &DVector<f64>, root: &DMatrix<f64>, typical: f64) -> DMatrix<f64> {
+        // A channel's own parameters need no more than their part of the inverse, as a triangle.
+        let of_channel = |layout: &Layout| {
+            let part = layout.columns.iter().map(|column| match root.row_iter().nth(*column) {
+                Some(row) => row.iter().copied().collect(),
+                None => vec![0.0; root.ncols()],
+            });
+            let mut triangle = Triangle::new(layout.columns.len());
+            triangle.append(&mut part.collect::<Vec<_>>());
+            triangle
+        };
+        let roots: Vec<Triangle> = self.layouts.iter().map(of_channel).collect();
+        self.pass(x, Pass::Scatter { roots: &roots, typical }).matrix(x.len())
     }
 
     /// The robust standard deviation of the residuals at `x`, in the units of a loss's scale.
@@ -181,7 +200,7 @@ impl<'a> ReflectanceProblem<'a> {
             .collect()
     }
 
-    fn pass(&self, x: &DVector<f64>, kind: Pass) -> Linearisation {
+    fn pass(&self, x: &DVector<f64>, kind: Pass<'_>) -> Linearisation {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
         let values = self.formula_values(&table);
@@ -274,7 +293,7 @@ fn layout(table: &ParameterTable, channel: usize) -> Layout {
 /// What one pass needs at every block.
 struct Context<'p, 'a> {
     problem: &'p ReflectanceProblem<'a>,
-    kind: Pass,
+    kind: Pass<'p>,
     /// Per channel, per lobe: shapes and amplitudes in formula units.
     values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
     /// Per lobe: whether all channels have the same shapes.
@@ -292,7 +311,7 @@ impl<'p, 'a> Context<'p, 'a> {
         problem: &'p ReflectanceProblem<'a>,
         table: &ParameterTable,
         values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
-        kind: Pass,
+        kind: Pass<'p>,
     ) -> Self {
         let lobes = problem.expression.lobes();
         let shapes_of =
@@ -441,20 +460,17 @@ impl<'p, 'a> Context<'p, 'a> {
             let (g, g_slope) = target.transform.apply(f * cos_i);
             // A residual and a factor of its derivatives with the gradient and the curvature of the loss;
             // squares alone do without the detour.
-            let (r, part, pull, bend) = if loss == LossKind::None {
+            let (r, part, bend) = if loss == LossKind::None {
                 let r = root * (g - measured);
-                (r, r * r, r, 1.0)
+                (r, r * r, 1.0)
             } else {
                 let influence = loss.influence(precision * (g - measured), scale);
                 let pull = root * (g - measured) * influence.slope;
                 let bend = influence.curvature.sqrt();
-                (pull / bend, weight * weight * influence.cost, pull, bend)
+                (pull / bend, weight * weight * influence.cost, bend)
             };
             cost += part;
-            slope.push(match self.kind {
-                Pass::Model => root * bend * g_slope * cos_i,
-                Pass::Scatter => pull * root * g_slope * cos_i,
-            });
+            slope.push(root * bend * g_slope * cos_i);
             if let Some(entry) = residual.get_mut(i) {
                 *entry = r;
             }
@@ -482,9 +498,19 @@ impl<'p, 'a> Context<'p, 'a> {
                 }
             }
         }
-        for column in jacobian {
-            for (entry, slope) in column.iter_mut().zip(slope.iter()) {
-                *entry *= slope;
+        for column in jacobian.iter_mut() {
+            scale_each(column, slope);
+        }
+        if let Pass::Scatter { roots, typical } = self.kind
+            && let Some(root) = roots.get(channel)
+        {
+            // The slopes and f have done their work; their places take the leverages and products.
+            leverages(root, jacobian, slope, f);
+            for (entry, leverage) in residual.iter_mut().zip(slope.iter()) {
+                *entry = left_out(*entry, *leverage, typical);
+            }
+            for column in jacobian {
+                scale_each(column, residual);
             }
         }
         cost
@@ -508,6 +534,27 @@ fn reflectance(bases: &[BasisBlock], coefficients: &[Coefficients], n: usize, f:
         for (row, coefficient) in basis.values.iter().zip(&lobe.values) {
             add_scaled(f, row, *coefficient);
         }
+    }
+}
+
+/// Fills `sum` with |R J_s|^2 per sample, its leverage; `product` is working space.
+fn leverages(root: &Triangle, jacobian: &[Vec<f64>], sum: &mut [f64], product: &mut [f64]) {
+    sum.fill(0.0);
+    for (k, row) in root.rows().iter().enumerate() {
+        product.fill(0.0);
+        for (entry, column) in row.iter().zip(jacobian.iter().skip(k)) {
+            add_scaled(product, column, *entry);
+        }
+        for (total, entry) in sum.iter_mut().zip(product.iter()) {
+            *total += entry * entry;
+        }
+    }
+}
+
+/// Multiplies entry by entry.
+fn scale_each(column: &mut [f64], factors: &[f64]) {
+    for (entry, factor) in column.iter_mut().zip(factors) {
+        *entry *= factor;
     }
 }
 

@@ -487,9 +487,9 @@ impl Task<'_> {
         let freedom = count(n) - count(free);
         // A loss other than squares is no likelihood of the given standard deviations.
         let absolute = samples.weighting == Weighting::Sigma && !robust;
-        let scatter = (!absolute).then(|| problem.scatter(&solution.x));
-        let covariance =
-            Covariance::new(&table, &solution.linearisation.matrix(free), scatter.as_ref(), freedom);
+        let typical = (solution.cost / freedom).sqrt();
+        let scatter = (!absolute).then_some(|root: &_| problem.scatter(&solution.x, root, typical));
+        let covariance = Covariance::new(&table, &solution.linearisation.matrix(free), scatter, freedom);
         // Without a covariance by the formula nothing says which parameters are determined.
         let resampled = resampled.filter(|_| covariance.is_some());
         let covariance = match &resampled {
