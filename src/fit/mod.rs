@@ -10,6 +10,7 @@ mod metric;
 mod parameters;
 mod problem;
 mod run;
+mod solvers;
 mod triangle;
 mod uncertainty;
 
@@ -24,4 +25,5 @@ pub use metric::Metric;
 pub use parameters::{ParameterTable, Row, Selector, Setting, Settings, Status, channel_suffix};
 pub use problem::ReflectanceProblem;
 pub use run::{Fit, Options, Progress, Quiet, Selection, Start, Warning, evaluate, fit};
+pub use solvers::{SolverKind, minimise_with};
 pub use uncertainty::{Covariance, Method};

@@ -9,6 +9,7 @@ use super::levenberg_marquardt::{Limits, Observer, Solution, StopSignal, Termina
 use super::metric::Metric;
 use super::parameters::{ParameterTable, Row, Settings, Status};
 use super::problem::ReflectanceProblem;
+use super::solvers::{SolverKind, minimise_with};
 use super::uncertainty::Covariance;
 use crate::error::Error;
 use crate::math::count;
@@ -34,7 +35,9 @@ pub struct Options {
     pub hold_out: Option<f64>,
     /// Where standard errors come from.
     pub uncertainty: Uncertainty,
-    /// Most iterations of the final fit.
+    /// What minimises in the final fit.
+    pub solver: SolverKind,
+    /// Most iterations of the final fit by Levenberg-Marquardt; other solvers make more of them.
     pub iterations: u64,
     /// Set to true to stop with the best so far.
     pub stop: Option<StopSignal>,
@@ -51,6 +54,7 @@ impl Default for Options {
             seed: 0,
             hold_out: None,
             uncertainty: Uncertainty::default(),
+            solver: SolverKind::default(),
             iterations: 300,
             stop: None,
             deadline: None,
@@ -200,7 +204,8 @@ pub fn fit(
     let start = DVector::from_vec(table.coordinates());
     let heard = Arc::clone(progress);
     let observer: Observer = Arc::new(move |iteration, cost| heard.iteration(iteration, cost));
-    let mut solution = minimise(&problem, start, FINAL, task.limits(options.iterations, Some(observer)))?;
+    let limits = task.limits(options.iterations, Some(observer));
+    let mut solution = minimise_with(options.solver, &problem, start, FINAL, limits, options.seed)?;
     let mut table = table;
     table.set_coordinates(solution.x.as_slice());
     if task.drop_negligible(&mut table) {
