@@ -391,3 +391,55 @@ fn resampling_covers_the_truth_where_angles_share_an_error() {
     assert!(resampled >= 96, "{resampled} of 120");
     assert!(formula <= 80, "{formula} of 120");
 }
+
+#[test]
+fn every_solver_finds_the_same_minimum() {
+    let folder = laboratory();
+    let line = |solver: &str| format!("fit paint.csv -m {MODEL} --solver {solver}");
+    let reference = folder.brdfit(&format!("fit paint.csv -m {MODEL} --json")).good().json();
+    assert_eq!(reference["options"]["solver"], "levenberg-marquardt");
+    let cost = |report: &Value| report["fit"]["cost"].as_f64().unwrap();
+    for (solver, reasons, excess) in [
+        ("levenberg-marquardt", &["converged-step", "converged-cost", "converged-gradient"][..], 0.0),
+        ("l-bfgs", &["converged-cost", "converged-gradient"], 1e-7),
+        ("nelder-mead", &["converged-cost"], 1e-7),
+        // The swarm has no test of convergence of its own.
+        ("particle-swarm", &["iteration-limit"], 1e-2),
+    ] {
+        let report = assert_same_at_any_threads(&folder, &line(solver));
+        assert_eq!(report["options"]["solver"], solver);
+        let reason = report["termination"]["reason"].as_str().unwrap();
+        assert!(reasons.contains(&reason), "{solver}: {reason}");
+        let converged = solver != "particle-swarm";
+        assert_eq!(report["termination"]["usable"], converged);
+        assert_eq!(folder.brdfit(&line(solver)).code, Some(i32::from(!converged)));
+        let above = cost(&report) / cost(&reference) - 1.0;
+        println!("{solver}: cost above Levenberg-Marquardt's by {above:e}, {}", report["termination"]);
+        assert!(above <= excess && above > -1e-9, "{solver}: {above}");
+        for name in ["kd", "m", "f0"] {
+            let value = |report: &Value| parameter(report, name)["value"].as_f64().unwrap();
+            let error = parameter(&reference, name)["std_error"].as_f64().unwrap();
+            let off = (value(&report) - value(&reference)).abs() / error;
+            assert!(off < if converged { 0.01 } else { 1.0 }, "{solver}, {name}: {off} standard errors");
+        }
+    }
+}
+
+#[test]
+fn solvers_know_bounds_and_time() {
+    let folder = laboratory();
+    for solver in ["l-bfgs", "nelder-mead", "particle-swarm"] {
+        let line = format!("fit paint.csv -m {MODEL} --bounds m=0.3..1 --solver {solver} --json");
+        let report = folder.brdfit(&line).json();
+        assert_eq!(parameter(&report, "m")["status"], "at-lower", "{solver}");
+        assert_eq!(parameter(&report, "m")["value"], 0.3);
+        let line = format!("fit paint.csv -m {MODEL} --solver {solver} --timeout 1e-9 --json");
+        let run = folder.brdfit(&line);
+        assert_eq!(run.code, Some(1));
+        assert_eq!(run.json()["termination"]["reason"], "timeout", "{solver}");
+        // Nothing is free: nothing is minimised.
+        folder.brdfit(&format!("fit paint.csv -m lambert --fix kd=0.3 --solver {solver}")).good();
+    }
+    let run = folder.brdfit("fit paint.csv -m lambert --solver simplex");
+    assert_refused(&run, &["'simplex'", "--solver", "levenberg-marquardt", "l-bfgs", "nelder-mead"]);
+}

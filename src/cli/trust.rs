@@ -1,11 +1,11 @@
-//! Options that say how far a fit can be trusted.
+//! Options about how a fit is made and judged: samples held out, resampled errors, other solvers.
 
 use brdfit::Error;
-use brdfit::fit::{Options, Uncertainty, checked_fraction};
+use brdfit::fit::{Options, SolverKind, Uncertainty, checked_fraction};
 use brdfit::report::OptionRecord;
 use clap::{Args, ValueEnum};
 
-/// What is done to judge a fit.
+/// How a fit is made and judged.
 #[derive(Args)]
 pub struct TrustArguments {
     /// Leave this fraction of the angles of incidence out of the fit, and report the errors on them
@@ -14,6 +14,28 @@ pub struct TrustArguments {
     /// Standard errors by formula, or from fits repeated on resampled angles of incidence
     #[arg(long, value_enum, default_value_t = UncertaintyName::Formula)]
     uncertainty: UncertaintyName,
+    /// What minimises in the final fit; all but the first serve to compare
+    #[arg(long, value_enum, default_value_t = SolverName::LevenbergMarquardt, value_name = "NAME")]
+    solver: SolverName,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SolverName {
+    LevenbergMarquardt,
+    LBfgs,
+    NelderMead,
+    ParticleSwarm,
+}
+
+impl From<SolverName> for SolverKind {
+    fn from(name: SolverName) -> Self {
+        match name {
+            SolverName::LevenbergMarquardt => Self::LevenbergMarquardt,
+            SolverName::LBfgs => Self::LBfgs,
+            SolverName::NelderMead => Self::NelderMead,
+            SolverName::ParticleSwarm => Self::ParticleSwarm,
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -37,6 +59,7 @@ impl TrustArguments {
         Ok(Options {
             hold_out: self.hold_out.map(checked_fraction).transpose()?,
             uncertainty: self.uncertainty.into(),
+            solver: self.solver.into(),
             ..options
         })
     }
@@ -45,6 +68,7 @@ impl TrustArguments {
     pub fn record(&self, record: OptionRecord) -> OptionRecord {
         OptionRecord {
             hold_out: self.hold_out,
+            solver: Some(SolverKind::from(self.solver).name()),
             uncertainty: Some(Uncertainty::from(self.uncertainty).name()),
             ..record
         }

@@ -10,6 +10,7 @@ use super::loss::{LossKind, Objective};
 use super::metric::Metric;
 use super::parameters::{ParameterTable, Settings, Status};
 use super::problem::ReflectanceProblem;
+use super::solvers::{SolverKind, minimise_with};
 use super::uncertainty::Covariance;
 use super::warnings::{self, Warning};
 use crate::error::Error;
@@ -40,7 +41,9 @@ pub struct Options {
     pub hold_out: Option<f64>,
     /// Where standard errors come from.
     pub uncertainty: Uncertainty,
-    /// Most iterations of the final fit.
+    /// What minimises in the final fit.
+    pub solver: SolverKind,
+    /// Most iterations of the final fit by Levenberg-Marquardt; other solvers make more of them.
     pub iterations: u64,
     /// Set to true to stop with the best so far.
     pub stop: Option<StopSignal>,
@@ -59,6 +62,7 @@ impl Default for Options {
             seed: 0,
             hold_out: None,
             uncertainty: Uncertainty::default(),
+            solver: SolverKind::default(),
             iterations: 300,
             stop: None,
             deadline: None,
@@ -210,7 +214,8 @@ pub fn fit(
     let start = DVector::from_vec(table.coordinates());
     let heard = Arc::clone(progress);
     let observer: Observer = Arc::new(move |iteration, cost| heard.iteration(iteration, cost));
-    let mut solution = minimise(&problem, start, FINAL, task.limits(options.iterations, Some(observer)))?;
+    let limits = task.limits(options.iterations, Some(observer));
+    let mut solution = minimise_with(options.solver, &problem, start, FINAL, limits, options.seed)?;
     let mut table = table;
     table.set_coordinates(solution.x.as_slice());
     let dropped = task.drop_negligible(&mut table);

@@ -264,6 +264,8 @@ pub struct OptionRecord {
     pub seed: u64,
     /// `--hold-out`; null for none.
     pub hold_out: Option<f64>,
+    /// `--solver`; null where nothing was fitted.
+    pub solver: Option<&'static str>,
     /// `--uncertainty`; null where nothing was fitted.
     pub uncertainty: Option<&'static str>,
     /// `--merl-bins`.
