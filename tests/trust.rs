@@ -5,7 +5,7 @@
 
 mod common;
 
-use brdfit::fit::{Fit, Metric, Options, ParameterTable, Progress, Quiet, Uncertainty, fit};
+use brdfit::fit::{Fit, Metric, Options, ParameterTable, Progress, Quiet, StopSignal, Uncertainty, fit};
 use brdfit::geometry::{Directions, Pair, direction};
 use brdfit::model::Expression;
 use brdfit::report::{Circumstances, OptionRecord, Report, Times};
@@ -16,6 +16,7 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use serde_json::{Value, json};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Directions as a goniometer takes them: each angle of incidence with viewing angles in and out of plane.
 fn goniometer(theta_i: impl IntoIterator<Item = f64>) -> String {
@@ -274,6 +275,57 @@ fn resampling_can_be_cut_short() {
     assert_eq!(report["fit"]["resampling"], Value::Null);
     let warnings = report["warnings"].as_array().unwrap();
     assert!(warnings.iter().any(|w| w["kind"] == "resampling"), "{warnings:?}");
+}
+
+/// Asks for a stop once so many fits have been repeated.
+struct Impatient {
+    stop: StopSignal,
+    resampling: AtomicBool,
+    after: u64,
+}
+
+impl Progress for Impatient {
+    fn stage(&self, name: &str) {
+        self.resampling.store(name == "resampling", Ordering::Relaxed);
+    }
+
+    fn iteration(&self, iteration: u64, _: f64) {
+        if self.resampling.load(Ordering::Relaxed) && iteration >= self.after {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+#[test]
+fn resampling_stops_when_told() {
+    let expression = Expression::parse("lambert").unwrap();
+    let table = ParameterTable::new(&expression, &["y".to_owned()], false, &Vec::new()).unwrap();
+    let wi = (0..70).map(|k| direction(f64::from(k / 7).to_radians() * 5.0, 0.0));
+    let wo = (0..70).map(|k| direction(f64::from(k % 7).to_radians() * 10.0, 1.0));
+    let pairs = wi.zip(wo).map(|(wi, wo)| Pair { wi, wo }).collect();
+    let noise = Noise { relative: 0.05, absolute: 0.0 };
+    let data = measurement(&expression, &table, Directions::Scattered(pairs), noise, 0);
+    // The flag is looked at between batches: a few more fits may be made than those asked for.
+    for (after, wanted) in [(10, None), (90, Some(90..200)), (1000, Some(200..201))] {
+        let stop = StopSignal::default();
+        let options = Options {
+            uncertainty: Uncertainty::BlockBootstrap,
+            stop: Some(Arc::clone(&stop)),
+            ..Options::default()
+        };
+        let progress: Arc<dyn Progress> =
+            Arc::new(Impatient { stop, resampling: AtomicBool::new(false), after });
+        let result = fit(&data, &expression, &options, &progress).unwrap();
+        assert!(result.unusable.is_none(), "the fit itself had ended");
+        let replicates = result.resampled.as_ref().map(|r| r.replicates);
+        match (&wanted, replicates) {
+            (None, None) => assert_eq!(result.covariance.unwrap().method.name(), "sandwich"),
+            (Some(range), Some(n)) => assert!(range.contains(&n), "{n}"),
+            _ => panic!("{after}: {replicates:?}"),
+        }
+        let warned = result.warnings.iter().filter(|w| w.kind == "resampling").count();
+        assert_eq!(warned, usize::from(replicates != Some(200)), "{:?}", result.warnings);
+    }
 }
 
 #[test]

@@ -20,6 +20,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 /// Where standard errors come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -170,6 +172,12 @@ impl Task<'_> {
         times: &[usize],
         table: &ParameterTable,
     ) -> Result<Option<Repeated>, Error> {
+        // Even one look at a large table would keep the user waiting.
+        let limits = self.limits(ITERATIONS, None);
+        let told = limits.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        if told || limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            return Ok(None);
+        }
         let times_of = |group: usize| times.get(group).copied().unwrap_or(0);
         let kept = groups.samples_of(|group| times_of(group) > 0);
         let mut drawn = self.samples.at(&kept);
@@ -178,7 +186,7 @@ impl Task<'_> {
         }
         let problem = self.problem(&drawn, table.clone(), objective);
         let start = DVector::from_vec(table.coordinates());
-        let solution = minimise(&problem, start, LOOSE, self.limits(ITERATIONS, None))?;
+        let solution = minimise(&problem, start, LOOSE, limits)?;
         let stopped = [Termination::Interrupted, Termination::Timeout, Termination::Invalid];
         if stopped.contains(&solution.termination) {
             return Ok(None);

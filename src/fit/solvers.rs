@@ -133,7 +133,7 @@ pub fn minimise_with<P: LeastSquares>(
         return Ok(end((first, model), Termination::ConvergedGradient, 0, 1));
     }
     let swarm = kind == SolverKind::ParticleSwarm;
-    let objective = Objective {
+    let seen = PlainCost {
         problem,
         axes: bounds.iter().map(|b| Axis::new(*b, swarm)).collect(),
         scale: model.cost,
@@ -145,15 +145,15 @@ pub fn minimise_with<P: LeastSquares>(
         deadline: limits.deadline,
         stopped: None,
     };
-    let observer = limits.observer.map(|observer| Heard { observer, scale: objective.scale });
+    let observer = limits.observer.map(|observer| Heard { observer, scale: seen.scale });
     let (ended, iterations) = match kind {
-        SolverKind::NelderMead => objective.nelder_mead(&first, watch, observer),
-        SolverKind::ParticleSwarm => objective.particle_swarm(&first, watch, observer, seed),
-        SolverKind::LBfgs | SolverKind::LevenbergMarquardt => objective.l_bfgs(&first, watch, observer),
+        SolverKind::NelderMead => seen.nelder_mead(&first, watch, observer),
+        SolverKind::ParticleSwarm => seen.particle_swarm(&first, watch, observer, seed),
+        SolverKind::LBfgs | SolverKind::LevenbergMarquardt => seen.l_bfgs(&first, watch, observer),
     }
     .map_err(|error| Error::Optimiser(error.to_string()))?;
-    objective.try_bounds(&bounds);
-    let Record { best, evaluations, .. } = objective.record.into_inner();
+    seen.try_bounds(&bounds);
+    let Record { best, evaluations, .. } = seen.record.into_inner();
     let termination = match ended {
         Ended::With(termination) => termination,
         Ended::LineSearchFailed if largest_cosine(&best.0, &best.1, &bounds) <= COSINE_TOLERANCE => {
@@ -293,7 +293,7 @@ impl Axis {
 }
 
 /// The cost as argmin's solvers see it: of the variables u, as a multiple of the cost at the start.
-struct Objective<'p, P> {
+struct PlainCost<'p, P> {
     problem: &'p P,
     axes: Vec<Axis>,
     scale: f64,
@@ -308,7 +308,7 @@ struct Record {
     evaluations: u64,
 }
 
-impl<P: LeastSquares> Objective<'_, P> {
+impl<P: LeastSquares> PlainCost<'_, P> {
     /// Evaluates at the parameters themselves; remembers the best.
     fn linearise(&self, x: DVector<f64>) -> Linearisation {
         let model = self.problem.linearise(&x);
@@ -491,7 +491,7 @@ fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-impl<P: LeastSquares> CostFunction for &Objective<'_, P> {
+impl<P: LeastSquares> CostFunction for &PlainCost<'_, P> {
     type Param = Point;
     type Output = f64;
 
@@ -500,7 +500,7 @@ impl<P: LeastSquares> CostFunction for &Objective<'_, P> {
     }
 }
 
-impl<P: LeastSquares> Gradient for &Objective<'_, P> {
+impl<P: LeastSquares> Gradient for &PlainCost<'_, P> {
     type Param = Point;
     type Gradient = Point;
 
