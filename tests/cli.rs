@@ -1587,7 +1587,9 @@ fn assert_report(report: &Value) {
             ("dof", "number"),
             ("cost", "number"),
             ("reduced_chi2", "number|null"),
+            ("condition", "number|null"),
             ("uncertainty_method", "string|null"),
+            ("resampling", "object|null"),
         ],
     );
     assert_fields(

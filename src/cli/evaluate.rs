@@ -58,8 +58,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             samples: arguments.samples.samples(),
             seed: options.seed,
             merl_bins: arguments.read.merl_bins(),
+            loss: options.loss.name(),
+            loss_scale: None,
+            loss_scale_auto: None,
             timeout_s: None,
             parameters: set.iter().map(|text| format!("--set {text}")).collect(),
+            ..OptionRecord::default()
         },
         times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
         fitted: false,

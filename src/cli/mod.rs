@@ -11,6 +11,7 @@ mod output;
 mod progress;
 mod settings;
 mod synth;
+mod trust;
 
 use brdfit::Error;
 use brdfit::report::{Report, table, warnings};
@@ -49,7 +50,7 @@ macro_rules! subcommands {
         enum Command { $(
             $(#[$doc])*
             #[command(allow_negative_numbers = true)]
-            $name($module::Arguments)
+            $name(Box<$module::Arguments>)
         ),* }
 
         fn run(command: &Command) -> Result<Outcome, Error> {

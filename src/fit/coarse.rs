@@ -6,7 +6,7 @@
 //! few hundred samples.
 
 use super::levenberg_marquardt::{Limits, Tolerances, minimise};
-use super::metric::Metric;
+use super::loss::Objective;
 use super::parameters::{ParameterTable, Status};
 use super::problem::ReflectanceProblem;
 use crate::error::Error;
@@ -14,10 +14,14 @@ use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{Expression, Role, Scale};
 use nalgebra::DVector;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 /// Points of the scan: along one shape, along each of two, and in all over three or more.
 const POINTS: [usize; 3] = [24, 16, 300];
+/// Of so many times as many points about one in two is left when lobes of one kind are put in order.
+const ORDERED: usize = 2;
 
 /// A place to start from.
 #[derive(Clone, Debug)]
@@ -26,6 +30,24 @@ pub(super) struct Candidate {
     pub(super) table: ParameterTable,
     /// Cost on the scan's samples.
     pub(super) cost: f64,
+}
+
+/// What the scan has seen.
+#[derive(Clone, Debug)]
+pub(super) struct Scan {
+    /// The most promising starts, the best first.
+    pub(super) candidates: Vec<Candidate>,
+    /// The lowest cost along each axis; empty where the points form no lattice.
+    pub(super) profiles: Vec<Profile>,
+}
+
+/// The lowest cost at each value of one shape, whatever the others.
+#[derive(Clone, Debug)]
+pub(super) struct Profile {
+    /// The shape's first row.
+    pub(super) row: usize,
+    /// Values, ascending, and costs.
+    pub(super) points: Vec<(f64, f64)>,
 }
 
 /// One axis of the scan: a free shape parameter, over all channels that it has.
@@ -76,19 +98,24 @@ fn axes(table: &ParameterTable) -> Vec<Axis> {
 }
 
 /// The fractions of each axis' range at each point of the scan.
-fn scan_points(axes: usize) -> Vec<Vec<f64>> {
+fn scan_points(axes: usize, seed: u64, ordered: bool) -> Vec<Vec<f64>> {
     let [line, plane, volume] = POINTS;
     let centre = |i: usize, n: usize| (count(i) + 0.5) / count(n);
     match axes {
         0 => vec![Vec::new()],
         1 => (0..line).map(|i| vec![centre(i, line)]).collect(),
         2 => (0..plane * plane).map(|i| vec![centre(i / plane, plane), centre(i % plane, plane)]).collect(),
-        // Halton's sequence (1960) fills more dimensions evenly with few points.
+        // Halton's sequence (1960) fills more dimensions evenly with few points; shifted at random
+        // (Cranley and Patterson 1976), another seed looks elsewhere.
         _ => {
             const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
-            (1..=volume)
-                .map(|i| (0..axes).map(|a| halton(i, PRIMES.get(a).copied().unwrap_or(41 + a))).collect())
-                .collect()
+            let mut rng = Pcg64Mcg::seed_from_u64(seed);
+            let shifts: Vec<f64> = (0..axes).map(|_| rng.random()).collect();
+            let coordinate = |i: usize, axis: usize, shift: f64| {
+                (halton(i, PRIMES.get(axis).copied().unwrap_or(41 + axis)) + shift).fract()
+            };
+            let point = |i: usize| shifts.iter().enumerate().map(|(a, s)| coordinate(i, a, *s)).collect();
+            (1..=if ordered { ORDERED * volume } else { volume }).map(point).collect()
         }
     }
 }
@@ -104,29 +131,35 @@ fn halton(index: usize, base: usize) -> f64 {
     result
 }
 
-/// The most promising starts, the best first, at most `wanted`.
+/// Scans the shapes; at most `wanted` starts are returned.
 ///
 /// # Errors
 /// [`Error::Optimiser`] for a defect.
-pub(super) fn search(
+pub(super) fn scan(
     expression: &Expression,
     samples: &Samples,
     table: &ParameterTable,
-    metric: Metric,
-    wanted: usize,
+    objective: Objective,
+    (wanted, seed): (usize, u64),
     limits: &Limits,
-) -> Result<Vec<Candidate>, Error> {
+) -> Result<Scan, Error> {
     let axes = axes(table);
-    let points = scan_points(axes.len());
+    let ordered = table.has_exchangeable_lobes();
+    let place = |point: &[f64]| {
+        let mut table = table.clone();
+        for (axis, fraction) in axes.iter().zip(point) {
+            axis.rows.iter().for_each(|row| table.set_value(*row, axis.at(*fraction)));
+        }
+        table
+    };
+    // Of points that differ only in which lobe is which, one is enough.
+    let points: Vec<Vec<f64>> = scan_points(axes.len(), seed, ordered)
+        .into_iter()
+        .filter(|point| !ordered || place(point).is_sorted())
+        .collect();
     let candidates: Result<Vec<Candidate>, Error> = points
         .par_iter()
-        .map(|point| {
-            let mut table = table.clone();
-            for (axis, fraction) in axes.iter().zip(point) {
-                axis.rows.iter().for_each(|row| table.set_value(*row, axis.at(*fraction)));
-            }
-            solve_amplitudes(expression, samples, table, metric, limits)
-        })
+        .map(|point| solve_amplitudes(expression, samples, place(point), objective, limits))
         .collect();
     let candidates = candidates?;
 
@@ -147,7 +180,27 @@ pub(super) fn search(
             chosen.push(*index);
         }
     }
-    Ok(chosen.into_iter().filter_map(|index| candidates.get(index).cloned()).collect())
+    let profiles = if axes.len() <= 2 { profiles(&axes, &points, &candidates) } else { Vec::new() };
+    let candidates = chosen.into_iter().filter_map(|index| candidates.get(index).cloned()).collect();
+    Ok(Scan { candidates, profiles })
+}
+
+/// The lowest cost along each axis of a lattice of points.
+fn profiles(axes: &[Axis], points: &[Vec<f64>], candidates: &[Candidate]) -> Vec<Profile> {
+    let profile = |(index, axis): (usize, &Axis)| {
+        let mut lowest: Vec<(f64, f64)> = Vec::new();
+        for (point, candidate) in points.iter().zip(candidates) {
+            let Some(fraction) = point.get(index) else { continue };
+            match lowest.iter_mut().find(|(f, _)| f == fraction) {
+                Some((_, cost)) => *cost = cost.min(candidate.cost),
+                None => lowest.push((*fraction, candidate.cost)),
+            }
+        }
+        lowest.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let points = lowest.into_iter().map(|(fraction, cost)| (axis.at(fraction), cost)).collect();
+        Some(Profile { row: *axis.rows.first()?, points })
+    };
+    axes.iter().enumerate().filter_map(profile).collect()
 }
 
 /// Solves the amplitudes for the shapes of `table`.
@@ -155,10 +208,10 @@ fn solve_amplitudes(
     expression: &Expression,
     samples: &Samples,
     table: ParameterTable,
-    metric: Metric,
+    objective: Objective,
     limits: &Limits,
 ) -> Result<Candidate, Error> {
-    let problem = ReflectanceProblem::new(expression, samples, table.with_fixed(Role::Shape), metric);
+    let problem = ReflectanceProblem::new(expression, samples, table.with_fixed(Role::Shape), objective);
     let start = DVector::from_vec(problem.table().coordinates());
     // A scan needs to tell basins apart, no more.
     let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };

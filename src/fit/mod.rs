@@ -1,23 +1,33 @@
 //! Fitting: the least-squares problem, its solver, where it starts, and what can be trusted.
 
+mod bootstrap;
 mod coarse;
 mod errors;
+mod hold_out;
 mod least_squares;
 mod levenberg_marquardt;
+mod loss;
 mod metric;
 mod parameters;
 mod problem;
 mod run;
+mod solvers;
 mod triangle;
 mod uncertainty;
+mod warnings;
 
+pub use bootstrap::{Resampled, Uncertainty};
 pub use errors::{ErrorTable, Errors, score};
+pub use hold_out::{HeldOut, checked_fraction};
 pub use least_squares::{LeastSquares, Linearisation, Rows};
 pub use levenberg_marquardt::{
     LevenbergMarquardt, Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise,
 };
+pub use loss::{LossKind, Objective};
 pub use metric::Metric;
-pub use parameters::{ParameterTable, Row, Selector, Setting, Settings, Status, channel_suffix};
+pub use parameters::{ParameterTable, Product, Row, Selector, Setting, Settings, Status, channel_suffix};
 pub use problem::ReflectanceProblem;
-pub use run::{Fit, Options, Progress, Quiet, Selection, Start, Warning, evaluate, fit};
+pub use run::{Fit, Options, Progress, Quiet, Selection, Start, evaluate, fit};
+pub use solvers::{SolverKind, minimise_with};
 pub use uncertainty::{Covariance, Method};
+pub use warnings::Warning;

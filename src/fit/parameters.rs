@@ -1,7 +1,7 @@
 //! The parameters of an expression for given channels: values, bounds, and which of them the fit moves.
 
 use crate::error::Error;
-use crate::model::{Expression, ParamSpec, Role, Scale, Sharing};
+use crate::model::{Expression, Lobe, ParamSpec, Role, Scale, Sharing, Sharper};
 use std::fmt;
 
 /// What the fit does with a parameter.
@@ -164,12 +164,26 @@ pub type Settings = Vec<(Selector, Setting)>;
 #[derive(Clone, Debug)]
 pub struct ParameterTable {
     lobes: Vec<String>,
+    /// The model of each lobe, every choice spelled out.
+    kinds: Vec<String>,
     channels: Vec<String>,
     rows: Vec<Row>,
     /// Per lobe and parameter: the row of each channel; one row alone for a shared parameter.
     places: Vec<Vec<Vec<usize>>>,
     /// Rows of the free parameters, in order.
     free: Vec<usize>,
+    products: Vec<Product>,
+}
+
+/// Two parameters of a lobe whose product is determined better than either of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Product {
+    /// Index of the lobe in the expression.
+    pub lobe: usize,
+    /// Index of one factor in the lobe's declaration.
+    pub first: usize,
+    /// Index of the other.
+    pub second: usize,
 }
 
 impl ParameterTable {
@@ -208,10 +222,12 @@ impl ParameterTable {
 
         let mut table = Self {
             lobes,
+            kinds: expression.lobes().iter().map(Lobe::canonical).collect(),
             channels: channels.to_vec(),
             rows: Vec::new(),
             places: Vec::new(),
             free: Vec::new(),
+            products: products(expression, &specs),
         };
         for (lobe, lobe_specs) in specs.iter().enumerate() {
             let mut places = Vec::new();
@@ -443,6 +459,24 @@ impl ParameterTable {
         }
     }
 
+    /// Lobe and parameter of a row, without the channel.
+    #[must_use]
+    pub fn parameter_name(&self, row: &Row) -> String {
+        format!("{}.{}", self.lobes.get(row.lobe).map_or("", String::as_str), row.spec.name)
+    }
+
+    /// Pairs of parameters whose product is determined better than either of them.
+    #[must_use]
+    pub fn products(&self) -> &[Product] {
+        &self.products
+    }
+
+    /// Whether a lobe has a width: whether it is more than a diffuse base.
+    #[must_use]
+    pub fn has_width(&self, lobe: usize) -> bool {
+        self.rows.iter().any(|row| row.lobe == lobe && row.spec.sharper.is_some())
+    }
+
     /// The rows that a parameter of a lobe occupies, one or one per channel.
     #[must_use]
     pub fn places(&self, lobe: usize, parameter: usize) -> &[usize] {
@@ -503,6 +537,101 @@ impl ParameterTable {
             row.value = value.clamp(row.bounds.0, row.bounds.1);
         }
         self.follow();
+    }
+
+    /// Puts lobes of one kind in order, the sharpest first; returns whether any moved.
+    ///
+    /// Their sum does not depend on which is which. Only lobes that are alike in everything but their
+    /// values are exchanged: one with a value or a bound of its own from the user keeps its place.
+    pub fn sort_lobes(&mut self) -> bool {
+        let mut moved = false;
+        // Every exchange takes one pair out of disorder and brings none into it.
+        while let Some((a, b)) = self.disorder() {
+            let rows = |lobe: usize| self.places.get(lobe).map_or(Vec::new(), |places| places.concat());
+            for (i, j) in rows(a).into_iter().zip(rows(b)) {
+                self.exchange(i, j);
+            }
+            moved = true;
+        }
+        self.follow();
+        moved
+    }
+
+    /// Whether lobes of one kind stand in order, the sharpest first.
+    #[must_use]
+    pub fn is_sorted(&self) -> bool {
+        self.disorder().is_none()
+    }
+
+    /// Whether some lobes could change places without changing the model.
+    #[must_use]
+    pub fn has_exchangeable_lobes(&self) -> bool {
+        self.pairs().any(|(a, b)| self.exchangeable(a, b))
+    }
+
+    /// Two lobes of one kind of which the sharper one comes second.
+    fn disorder(&self) -> Option<(usize, usize)> {
+        self.pairs().find(|(a, b)| self.out_of_order(*a, *b))
+    }
+
+    /// All pairs of lobes, as written.
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let count = self.lobes.len();
+        (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
+    }
+
+    fn exchange(&mut self, i: usize, j: usize) {
+        let values = |row: Option<&Row>| row.map(|row| (row.value, row.initial));
+        let (Some(first), Some(second)) = (values(self.rows.get(i)), values(self.rows.get(j))) else {
+            return;
+        };
+        for (index, (value, initial)) in [(i, second), (j, first)] {
+            if let Some(row) = self.rows.get_mut(index) {
+                (row.value, row.initial) = (value, initial);
+            }
+        }
+    }
+
+    /// Whether lobe `b` is the sharper one of two that may be exchanged.
+    fn out_of_order(&self, a: usize, b: usize) -> bool {
+        if !self.exchangeable(a, b) {
+            return false;
+        }
+        let key = |lobe: usize| {
+            let rows = self.places.get(lobe)?.iter().filter_map(|rows| self.rows.get(*rows.first()?));
+            rows.filter_map(|row| Some((row.spec.sharper?, row.value))).next()
+        };
+        match (key(a), key(b)) {
+            (Some((Sharper::Smaller, first)), Some((_, second))) => second < first,
+            (Some((Sharper::Larger, first)), Some((_, second))) => second > first,
+            _ => false,
+        }
+    }
+
+    /// Whether two lobes are of one kind and the user has not told them apart.
+    fn exchangeable(&self, a: usize, b: usize) -> bool {
+        if self.kinds.get(a) != self.kinds.get(b) {
+            return false;
+        }
+        let rows = |lobe: usize| self.places.get(lobe).map_or(Vec::new(), |places| places.concat());
+        let (first, second) = (rows(a), rows(b));
+        let alike = |i: usize, j: usize| {
+            let (Some(x), Some(y)) = (self.rows.get(i), self.rows.get(j)) else { return false };
+            let same_role = match (x.status, y.status) {
+                (Status::Free, Status::Free) => true,
+                (Status::Fixed, Status::Fixed) => x.value == y.value,
+                // Tied to each other, or each to the same parameter of its own lobe or of a third.
+                (Status::Tied(t), _) if t == j => true,
+                (_, Status::Tied(t)) if t == i => true,
+                (Status::Tied(s), Status::Tied(t)) => {
+                    let within = |lobe: &[usize], row: usize| lobe.iter().position(|r| *r == row);
+                    s == t || within(&first, s).is_some_and(|at| within(&second, t) == Some(at))
+                }
+                _ => false,
+            };
+            same_role && !x.given && !y.given && x.bounds == y.bounds
+        };
+        first.len() == second.len() && first.iter().zip(&second).all(|(i, j)| alike(*i, *j))
     }
 
     /// Declares the current values to be those that the fit starts from.
@@ -570,6 +699,20 @@ impl ParameterTable {
         }
         Ok(rows)
     }
+}
+
+/// The products that the models of an expression declare.
+fn products(expression: &Expression, specs: &[Vec<ParamSpec>]) -> Vec<Product> {
+    let mut products = Vec::new();
+    for (lobe, (Lobe { model, .. }, specs)) in expression.lobes().iter().zip(specs).enumerate() {
+        let position = |name: &str| specs.iter().position(|spec| spec.name == name);
+        for (first, second) in model.products() {
+            if let (Some(first), Some(second)) = (position(first), position(second)) {
+                products.push(Product { lobe, first, second });
+            }
+        }
+    }
+    products
 }
 
 /// How a channel is appended to a parameter's name.
@@ -691,6 +834,33 @@ mod tests {
         t.set_value(f0, 0.3);
         assert_eq!(value(&t, "cook-torrance#2.f0.g"), 0.3);
         assert!(t.free().iter().all(|i| !t.name(*i).starts_with("cook-torrance#2.f0")));
+    }
+
+    #[test]
+    fn the_sharpest_lobe_comes_first() {
+        let set = |t: &mut ParameterTable, name: &str, value: f64| {
+            let index = (0..t.rows().len()).find(|i| t.name(*i) == name).unwrap();
+            t.set_value(index, value);
+        };
+        let mut t = table(&[]).unwrap();
+        set(&mut t, "cook-torrance.m", 0.5);
+        set(&mut t, "cook-torrance.f0.g", 0.7);
+        set(&mut t, "cook-torrance#2.m", 0.1);
+        assert!(t.sort_lobes());
+        assert_eq!(value(&t, "cook-torrance.m"), 0.1);
+        assert_eq!(value(&t, "cook-torrance#2.m"), 0.5);
+        assert_eq!(value(&t, "cook-torrance#2.f0.g"), 0.7);
+        assert!(!t.sort_lobes());
+        // A bound of its own gives a lobe its place; a tie between the two does not.
+        let mut t = table(&[("cook-torrance.m", Setting::Bounds(0.3, 1.0))]).unwrap();
+        set(&mut t, "cook-torrance#2.m", 0.1);
+        assert!(!t.sort_lobes());
+        let q = Selector::parse("cook-torrance.f0").unwrap();
+        let mut t = table(&[("cook-torrance#2.f0", Setting::Tie(q))]).unwrap();
+        set(&mut t, "cook-torrance#2.m", 0.1);
+        set(&mut t, "cook-torrance.f0.g", 0.7);
+        assert!(t.sort_lobes());
+        assert_eq!(value(&t, "cook-torrance#2.f0.g"), 0.7);
     }
 
     #[test]

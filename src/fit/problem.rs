@@ -6,9 +6,11 @@
 //! Jacobian of the whole is never stored: what reaches the solver is one small triangle per channel.
 
 use super::least_squares::{LeastSquares, Linearisation, Rows};
+use super::loss::{LossKind, Objective, robust_deviation, weighted_quantile};
 use super::metric::{Metric, Transform};
 use super::parameters::ParameterTable;
 use super::triangle::Triangle;
+use super::uncertainty::left_out;
 use crate::geometry::{BLOCK, Block};
 use crate::math::count;
 use crate::measurement::Samples;
@@ -17,11 +19,12 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// An expression, samples, and the metric between them.
+/// An expression, samples, and what is minimised between them.
 pub struct ReflectanceProblem<'a> {
     expression: &'a Expression,
     samples: &'a Samples,
     table: ParameterTable,
+    objective: Objective,
     /// Per channel.
     targets: Vec<Target>,
     /// Factor of the squared residuals: sample weights divided by the number of residuals.
@@ -62,12 +65,17 @@ struct Slot {
 }
 
 /// What a pass over the samples gathers.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Pass {
+#[derive(Clone, Copy)]
+enum Pass<'r> {
     /// J^T J and J^T r.
     Model,
-    /// sum r^2 J J^T: the middle of the sandwich.
-    Scatter,
+    /// sum e^2 J J^T, the middle of the sandwich.
+    Scatter {
+        /// Per channel, R with |R J_s|^2 the leverage of sample s.
+        roots: &'r [Triangle],
+        /// Root mean square of the residuals.
+        typical: f64,
+    },
 }
 
 /// The result of a stretch of samples, per channel.
@@ -80,14 +88,15 @@ struct Gathered {
 const STRETCHES: usize = 64;
 
 impl<'a> ReflectanceProblem<'a> {
-    /// The problem of fitting the free parameters of `table`.
+    /// The problem of fitting the free parameters of `table`. A metric alone stands for its squares.
     #[must_use]
     pub fn new(
         expression: &'a Expression,
         samples: &'a Samples,
         table: ParameterTable,
-        metric: Metric,
+        objective: impl Into<Objective>,
     ) -> Self {
+        let objective = objective.into();
         let cos_i: Vec<f64> = samples.directions.iter().map(|g| g.cos_i()).collect();
         let total: f64 = samples.weights.iter().sum();
         let channels = samples.values.len();
@@ -99,7 +108,7 @@ impl<'a> ReflectanceProblem<'a> {
             .values
             .par_iter()
             .enumerate()
-            .map(|(channel, values)| target(samples, metric, &cos_i, channel, values))
+            .map(|(channel, values)| target(samples, objective.metric, &cos_i, channel, values))
             .collect();
         let magnitude2: f64 = targets
             .iter()
@@ -113,7 +122,7 @@ impl<'a> ReflectanceProblem<'a> {
             .sum::<f64>()
             * normalisation;
         let layouts = (0..channels).map(|channel| layout(&table, channel)).collect();
-        Self { expression, samples, table, targets, normalisation, layouts, magnitude2 }
+        Self { expression, samples, table, objective, targets, normalisation, layouts, magnitude2 }
     }
 
     /// The parameters, at the values last set.
@@ -134,24 +143,70 @@ impl<'a> ReflectanceProblem<'a> {
         self.samples.len() * self.targets.len()
     }
 
-    /// Rows whose products make up sum w^2 r^2 J J^T at `x`, the middle of the sandwich covariance.
+    /// Rows whose products make up sum J_s J_s^T e_s^2 at `x`, the middle of the sandwich covariance; e_s is
+    /// the residual that its sample would have in a fit without it. `root` has a row per parameter and
+    /// root root^T = (J^T J)^-1; `typical` is the root mean square of the residuals.
     #[must_use]
-    pub fn scatter(&self, x: &DVector<f64>) -> DMatrix<f64> {
-        self.pass(x, Pass::Scatter).matrix(x.len())
+    pub fn scatter(&self, x: &DVector<f64>, root: &DMatrix<f64>, typical: f64) -> DMatrix<f64> {
+        // A channel's own parameters need no more than their part of the inverse, as a triangle.
+        let of_channel = |layout: &Layout| {
+            let part = layout.columns.iter().map(|column| match root.row_iter().nth(*column) {
+                Some(row) => row.iter().copied().collect(),
+                None => vec![0.0; root.ncols()],
+            });
+            let mut triangle = Triangle::new(layout.columns.len());
+            triangle.append(&mut part.collect::<Vec<_>>());
+            triangle
+        };
+        let roots: Vec<Triangle> = self.layouts.iter().map(of_channel).collect();
+        self.pass(x, Pass::Scatter { roots: &roots, typical }).matrix(x.len())
     }
 
-    fn pass(&self, x: &DVector<f64>, kind: Pass) -> Linearisation {
+    /// The robust standard deviation of the residuals at `x`, in the units of a loss's scale.
+    #[must_use]
+    pub fn residual_deviation(&self, x: &DVector<f64>) -> f64 {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
-        let values: Vec<_> = (0..self.targets.len()).map(|channel| table.formula_values(channel)).collect();
-        let context = Context::new(self, &table, &values, kind);
+        let values = self.formula_values(&table);
+        let context = Context::new(self, &table, &values, Pass::Model);
+        let residuals: Vec<Vec<(f64, f64)>> =
+            self.stretches().into_par_iter().map(|range| context.plain_residuals(range)).collect();
+        robust_deviation(&mut residuals.concat())
+    }
+
+    /// The magnitude below which a fraction of the measured values lie, in the units of a loss's scale;
+    /// samples count alike, whatever their weight.
+    #[must_use]
+    pub fn data_quantile(&self, fraction: f64) -> f64 {
+        let of_target = |target: &Target| -> Vec<(f64, f64)> {
+            let magnitude = |(i, g): (usize, &f64)| (g.abs() * target.precision(i), 1.0);
+            target.measured.iter().enumerate().map(magnitude).collect()
+        };
+        let mut values: Vec<(f64, f64)> = self.targets.iter().flat_map(of_target).collect();
+        weighted_quantile(&mut values, fraction)
+    }
+
+    fn formula_values(&self, table: &ParameterTable) -> Vec<Vec<(Vec<f64>, Vec<f64>)>> {
+        (0..self.targets.len()).map(|channel| table.formula_values(channel)).collect()
+    }
+
+    /// The samples in a fixed division.
+    fn stretches(&self) -> Vec<Range<usize>> {
         let blocks = self.samples.len().div_ceil(BLOCK);
         let stretch = blocks.div_ceil(STRETCHES).max(1) * BLOCK;
-        let stretches: Vec<Range<usize>> = (0..self.samples.len())
+        (0..self.samples.len())
             .step_by(stretch)
             .map(|start| start..self.samples.len().min(start + stretch))
-            .collect();
-        let gathered: Vec<Gathered> = stretches.into_par_iter().map(|range| context.gather(range)).collect();
+            .collect()
+    }
+
+    fn pass(&self, x: &DVector<f64>, kind: Pass<'_>) -> Linearisation {
+        let mut table = self.table.clone();
+        table.set_coordinates(x.as_slice());
+        let values = self.formula_values(&table);
+        let context = Context::new(self, &table, &values, kind);
+        let gathered: Vec<Gathered> =
+            self.stretches().into_par_iter().map(|range| context.gather(range)).collect();
 
         let mut gathered = gathered.into_iter();
         let Some(mut total) = gathered.next() else {
@@ -185,9 +240,16 @@ impl<'a> ReflectanceProblem<'a> {
     }
 }
 
+impl Target {
+    /// The factor that turns a residual into standard deviations; 1 where those are not given.
+    fn precision(&self, sample: usize) -> f64 {
+        self.precision.as_ref().map_or(1.0, |p| p.get(sample).copied().unwrap_or(0.0))
+    }
+}
+
 /// Weight of the squared residual of one sample, before normalisation.
 fn weight(samples: &Samples, target: &Target, sample: usize) -> f64 {
-    let precision = target.precision.as_ref().map_or(1.0, |p| p.get(sample).copied().unwrap_or(0.0));
+    let precision = target.precision(sample);
     samples.weights.get(sample).copied().unwrap_or(0.0) * precision * precision
 }
 
@@ -231,7 +293,7 @@ fn layout(table: &ParameterTable, channel: usize) -> Layout {
 /// What one pass needs at every block.
 struct Context<'p, 'a> {
     problem: &'p ReflectanceProblem<'a>,
-    kind: Pass,
+    kind: Pass<'p>,
     /// Per channel, per lobe: shapes and amplitudes in formula units.
     values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
     /// Per lobe: whether all channels have the same shapes.
@@ -249,7 +311,7 @@ impl<'p, 'a> Context<'p, 'a> {
         problem: &'p ReflectanceProblem<'a>,
         table: &ParameterTable,
         values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
-        kind: Pass,
+        kind: Pass<'p>,
     ) -> Self {
         let lobes = problem.expression.lobes();
         let shapes_of =
@@ -297,12 +359,7 @@ impl<'p, 'a> Context<'p, 'a> {
             let samples = start..range.end.min(start + BLOCK);
             self.problem.samples.directions.fill(samples.clone(), &mut block);
             for channel in 0..layouts.len() {
-                for (lobe, basis) in bases.iter_mut().enumerate() {
-                    // Channels with the same shapes share the first channel's basis.
-                    if channel == 0 || self.shared.get(lobe) == Some(&false) {
-                        self.evaluate(lobe, channel, &block, basis);
-                    }
-                }
+                self.evaluate_all(channel, &block, &mut bases);
                 result.cost += self.residuals(channel, samples.clone(), &block, &bases, &mut scratch);
                 if let Some(triangle) = result.triangles.get_mut(channel) {
                     triangle.append(&mut scratch.columns);
@@ -310,6 +367,41 @@ impl<'p, 'a> Context<'p, 'a> {
             }
         }
         result
+    }
+
+    /// The residuals of all channels over the samples of `range`, each with its sample's weight.
+    fn plain_residuals(&self, range: Range<usize>) -> Vec<(f64, f64)> {
+        let problem = self.problem;
+        let mut block = Block::new();
+        let mut bases: Vec<BasisBlock> = vec![BasisBlock::default(); self.shared.len()];
+        let mut f = Vec::new();
+        let mut residuals = Vec::with_capacity(range.len() * problem.targets.len());
+        for start in range.clone().step_by(BLOCK) {
+            let samples = start..range.end.min(start + BLOCK);
+            problem.samples.directions.fill(samples.clone(), &mut block);
+            for (channel, (target, coefficients)) in
+                problem.targets.iter().zip(&self.coefficients).enumerate()
+            {
+                self.evaluate_all(channel, &block, &mut bases);
+                reflectance(&bases, coefficients, block.len(), &mut f);
+                for ((sample, geometry), f) in samples.clone().zip(block.samples()).zip(&f) {
+                    let measured = target.measured.get(sample).copied().unwrap_or(0.0);
+                    let difference = target.transform.apply(f * geometry.cos_i()).0 - measured;
+                    let weight = problem.samples.weights.get(sample).copied().unwrap_or(0.0);
+                    residuals.push((difference * target.precision(sample), weight));
+                }
+            }
+        }
+        residuals
+    }
+
+    /// The basis of every lobe for a channel; channels with the same shapes share the first one's.
+    fn evaluate_all(&self, channel: usize, block: &Block, bases: &mut [BasisBlock]) {
+        for (lobe, basis) in bases.iter_mut().enumerate() {
+            if channel == 0 || self.shared.get(lobe) == Some(&false) {
+                self.evaluate(lobe, channel, block, basis);
+            }
+        }
     }
 
     fn evaluate(&self, lobe: usize, channel: usize, block: &Block, basis: &mut BasisBlock) {
@@ -350,16 +442,10 @@ impl<'p, 'a> Context<'p, 'a> {
             column.resize(block.len(), 0.0);
         }
 
-        // f = sum over lobes and basis functions
-        f.clear();
-        f.resize(block.len(), 0.0);
-        for (basis, lobe) in bases.iter().zip(coefficients) {
-            for (row, coefficient) in basis.values.iter().zip(&lobe.values) {
-                add_scaled(f, row, *coefficient);
-            }
-        }
+        reflectance(bases, coefficients, block.len(), f);
 
         // Residuals, and the slope d residual/d f of each.
+        let Objective { loss, scale, .. } = problem.objective;
         slope.clear();
         let mut cost = 0.0;
         let Some((residual, jacobian)) = columns.split_last_mut() else { return 0.0 };
@@ -368,15 +454,23 @@ impl<'p, 'a> Context<'p, 'a> {
         let precision = target.precision.as_ref().map(|p| p.get(samples).unwrap_or_default());
         for (i, ((geometry, f), measured)) in block.samples().iter().zip(f.iter()).zip(measured).enumerate() {
             let precision = precision.map_or(1.0, |p| p.get(i).copied().unwrap_or(0.0));
-            let root = weights.get(i).map_or(0.0, |w| (w * problem.normalisation).sqrt()) * precision;
+            let weight = weights.get(i).map_or(0.0, |w| (w * problem.normalisation).sqrt());
+            let root = weight * precision;
             let cos_i = geometry.cos_i();
             let (g, g_slope) = target.transform.apply(f * cos_i);
-            let r = root * (g - measured);
-            cost += r * r;
-            slope.push(match self.kind {
-                Pass::Model => root * g_slope * cos_i,
-                Pass::Scatter => r * root * g_slope * cos_i,
-            });
+            // A residual and a factor of its derivatives with the gradient and the curvature of the loss;
+            // squares alone do without the detour.
+            let (r, part, bend) = if loss == LossKind::None {
+                let r = root * (g - measured);
+                (r, r * r, 1.0)
+            } else {
+                let influence = loss.influence(precision * (g - measured), scale);
+                let pull = root * (g - measured) * influence.slope;
+                let bend = influence.curvature.sqrt();
+                (pull / bend, weight * weight * influence.cost, bend)
+            };
+            cost += part;
+            slope.push(root * bend * g_slope * cos_i);
             if let Some(entry) = residual.get_mut(i) {
                 *entry = r;
             }
@@ -404,9 +498,19 @@ impl<'p, 'a> Context<'p, 'a> {
                 }
             }
         }
-        for column in jacobian {
-            for (entry, slope) in column.iter_mut().zip(slope.iter()) {
-                *entry *= slope;
+        for column in jacobian.iter_mut() {
+            scale_each(column, slope);
+        }
+        if let Pass::Scatter { roots, typical } = self.kind
+            && let Some(root) = roots.get(channel)
+        {
+            // The slopes and f have done their work; their places take the leverages and products.
+            leverages(root, jacobian, slope, f);
+            for (entry, leverage) in residual.iter_mut().zip(slope.iter()) {
+                *entry = left_out(*entry, *leverage, typical);
+            }
+            for column in jacobian {
+                scale_each(column, residual);
             }
         }
         cost
@@ -420,6 +524,38 @@ struct Scratch {
     columns: Vec<Vec<f64>>,
     f: Vec<f64>,
     slope: Vec<f64>,
+}
+
+/// f = sum over lobes and basis functions, of `n` samples.
+fn reflectance(bases: &[BasisBlock], coefficients: &[Coefficients], n: usize, f: &mut Vec<f64>) {
+    f.clear();
+    f.resize(n, 0.0);
+    for (basis, lobe) in bases.iter().zip(coefficients) {
+        for (row, coefficient) in basis.values.iter().zip(&lobe.values) {
+            add_scaled(f, row, *coefficient);
+        }
+    }
+}
+
+/// Fills `sum` with |R J_s|^2 per sample, its leverage; `product` is working space.
+fn leverages(root: &Triangle, jacobian: &[Vec<f64>], sum: &mut [f64], product: &mut [f64]) {
+    sum.fill(0.0);
+    for (k, row) in root.rows().iter().enumerate() {
+        product.fill(0.0);
+        for (entry, column) in row.iter().zip(jacobian.iter().skip(k)) {
+            add_scaled(product, column, *entry);
+        }
+        for (total, entry) in sum.iter_mut().zip(product.iter()) {
+            *total += entry * entry;
+        }
+    }
+}
+
+/// Multiplies entry by entry.
+fn scale_each(column: &mut [f64], factors: &[f64]) {
+    for (entry, factor) in column.iter_mut().zip(factors) {
+        *entry *= factor;
+    }
 }
 
 /// Adds `factor` times `row`.

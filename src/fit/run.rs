@@ -1,13 +1,18 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
-use super::coarse::{Candidate, search};
+use super::bootstrap::{self, Resampled, Uncertainty};
+use super::coarse::{Candidate, Profile, scan};
 use super::errors::{ErrorTable, score};
+use super::hold_out::{self, HeldOut};
 use super::least_squares::LeastSquares;
 use super::levenberg_marquardt::{Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise};
+use super::loss::{LossKind, Objective};
 use super::metric::Metric;
-use super::parameters::{ParameterTable, Row, Settings, Status};
+use super::parameters::{ParameterTable, Settings, Status};
 use super::problem::ReflectanceProblem;
+use super::solvers::{SolverKind, minimise_with};
 use super::uncertainty::Covariance;
+use super::warnings::{self, Warning};
 use crate::error::Error;
 use crate::math::count;
 use crate::measurement::{Filters, Measurement, Samples, Weighting};
@@ -20,15 +25,25 @@ use std::time::Instant;
 /// What to fit and how.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// What is minimised.
+    /// What the residuals are differences of.
     pub metric: Metric,
+    /// How large residuals count.
+    pub loss: LossKind,
+    /// Where they begin to count less, in units of the residual; found from the data if none.
+    pub loss_scale: Option<f64>,
     /// Which samples count.
     pub filters: Filters,
     /// Wishes about parameters.
     pub settings: Settings,
     /// Seed of the draws of samples.
     pub seed: u64,
-    /// Most iterations of the final fit.
+    /// Fraction of the angles of incidence that is left out of the fit, to judge it by; none if none.
+    pub hold_out: Option<f64>,
+    /// Where standard errors come from.
+    pub uncertainty: Uncertainty,
+    /// What minimises in the final fit.
+    pub solver: SolverKind,
+    /// Most iterations of the final fit by Levenberg-Marquardt; other solvers make more of them.
     pub iterations: u64,
     /// Set to true to stop with the best so far.
     pub stop: Option<StopSignal>,
@@ -40,9 +55,14 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             metric: Metric::default(),
+            loss: LossKind::default(),
+            loss_scale: None,
             filters: Filters::default(),
             settings: Vec::new(),
             seed: 0,
+            hold_out: None,
+            uncertainty: Uncertainty::default(),
+            solver: SolverKind::default(),
             iterations: 300,
             stop: None,
             deadline: None,
@@ -74,23 +94,14 @@ pub struct Start {
     pub cost: f64,
     /// The shapes that it started from: full name and value.
     pub shapes: Vec<(String, f64)>,
+    /// The shapes that it led to: row of the parameter table and value, lobes in order.
+    pub reached: Vec<(usize, f64)>,
     /// Why the polishing stopped.
     pub termination: Termination,
 }
 
-/// Something that the user should know before relying on the result.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// Short name of the kind.
-    pub kind: &'static str,
-    /// The parameter concerned, if it is one.
-    pub parameter: Option<String>,
-    /// What it is and what to do next.
-    pub text: String,
-}
-
-/// Criteria that weigh the error against the number of parameters.
-#[derive(Clone, Copy, Debug)]
+/// Criteria that weigh the error against the number of parameters; none where the cost is no likelihood.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Selection {
     /// Akaike's information criterion, corrected for small samples.
     pub aicc: Option<f64>,
@@ -113,6 +124,8 @@ pub struct Fit {
     pub errors: ErrorTable,
     /// Covariance of the free parameters.
     pub covariance: Option<Covariance>,
+    /// The fits repeated on resampled angles of incidence, where the covariance is theirs.
+    pub resampled: Option<Resampled>,
     /// The sum of squares that was minimised.
     pub cost: f64,
     /// Number of residuals.
@@ -123,6 +136,10 @@ pub struct Fit {
     pub reduced_chi2: Option<f64>,
     /// Model selection.
     pub selection: Selection,
+    /// The scale of the loss; none without one.
+    pub loss_scale: Option<f64>,
+    /// Errors on the samples held out, where some were.
+    pub held_out: Option<HeldOut>,
     /// The starts tried.
     pub starts: Vec<Start>,
     /// Why it stopped.
@@ -144,16 +161,25 @@ const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11
 const SCAN_SAMPLES: usize = 800;
 const POLISH_SAMPLES: usize = 6000;
 const CHECK_SAMPLES: usize = 1500;
-/// Points of the scan that are polished.
+/// Points of the scan that are polished, and for how long.
 const POLISHED: usize = 5;
+const POLISH_ITERATIONS: u64 = 60;
+/// Minima whose costs on part of the samples lie so close compete on all of them, at most so many.
+const CLOSE_RACE: f64 = 0.05;
+const RIVALS: usize = 3;
+const RACE_ITERATIONS: u64 = 15;
+/// Estimates of a loss's scale from part of the samples.
+const SCALE_ROUNDS: usize = 4;
+/// The share of the measured values that the search takes seriously under a loss: outliers are fewer.
+const BULK_OF_DATA: f64 = 0.95;
+/// The smallest scale of a loss, relative to the data.
+const SMALLEST_SCALE: f64 = 1e-6;
 /// A parameter that would lower the cost by this share when freed is worth a warning.
 const WORTH_FREEING: f64 = 0.1;
 /// An amplitude whose whole effect is below this share of the data is nothing but rounding.
 const NEGLIGIBLE_EFFECT: f64 = 1e-9;
 /// Starts whose costs agree to this have found the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
-/// Correlations beyond this are worth a warning.
-const STRONG_CORRELATION: f64 = 0.98;
 
 /// Fits `expression` to `measurement`.
 ///
@@ -166,29 +192,49 @@ pub fn fit(
     options: &Options,
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
-    let (samples, table) = prepare(measurement, expression, options)?;
+    let (mut samples, table) = prepare(measurement, expression, options)?;
+    let mut unseen = None;
+    if let Some(fraction) = options.hold_out {
+        let (fitted, left_out) = hold_out::split(&samples, fraction, options.seed, measurement)?;
+        samples = fitted;
+        unseen = Some(left_out);
+    }
+    let groups = match options.uncertainty {
+        Uncertainty::Formula => None,
+        Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
+    };
     let task = Task { expression, samples: &samples, options };
 
     progress.stage("searching");
-    let (table, starts) = task.search(table)?;
+    let (table, found) = task.search(table)?;
 
     progress.stage("fitting");
-    let problem = task.problem(&samples, table.clone());
+    let problem = task.problem(&samples, table.clone(), found.objective);
     // The search has left its best values in the table; `initial` remembers where they came from.
     let start = DVector::from_vec(table.coordinates());
     let heard = Arc::clone(progress);
     let observer: Observer = Arc::new(move |iteration, cost| heard.iteration(iteration, cost));
-    let mut solution = minimise(&problem, start, FINAL, task.limits(options.iterations, Some(observer)))?;
+    let limits = task.limits(options.iterations, Some(observer));
+    let mut solution = minimise_with(options.solver, &problem, start, FINAL, limits, options.seed)?;
     let mut table = table;
     table.set_coordinates(solution.x.as_slice());
-    if task.drop_negligible(&mut table) {
+    let dropped = task.drop_negligible(&mut table);
+    let moved = table.sort_lobes();
+    if dropped || moved {
         solution.x = DVector::from_vec(table.coordinates());
         solution.linearisation = problem.linearise(&solution.x);
         solution.cost = solution.linearisation.cost;
     }
 
+    let (resampled, doubt) = match &groups {
+        None => (None, None),
+        Some(groups) => bootstrap::resample(&task, found.objective, groups, &table, &solution, progress)?,
+    };
+
     progress.stage("judging");
-    let mut fit = task.judge(&problem, table, solution, starts)?;
+    let mut fit = task.judge(&problem, table, solution, found, resampled)?;
+    fit.warnings.extend(doubt);
+    fit.held_out = unseen.map(|unseen| unseen.judge(expression, &fit.table));
     fit.warnings.splice(0..0, doubts(measurement));
     Ok(fit)
 }
@@ -222,9 +268,10 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
         .collect();
     let table = table.with_fixed(Role::Shape).with_fixed(Role::Amplitude);
     let task = Task { expression, samples: &samples, options };
-    let problem = task.problem(&samples, table.clone());
+    let found = Found { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
+    let problem = task.problem(&samples, table.clone(), found.objective);
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
-    let mut fit = task.judge(&problem, table, solution, Vec::new())?;
+    let mut fit = task.judge(&problem, table, solution, found, None)?;
     fit.warnings.retain(|warning| warning.kind == "not-usable");
     fit.warnings.splice(0..0, doubts(measurement));
     if !defaults.is_empty() {
@@ -240,56 +287,163 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
     Ok(fit)
 }
 
+/// What the search has found out.
+struct Found {
+    /// What is minimised, the scale of the loss settled.
+    objective: Objective,
+    starts: Vec<Start>,
+    profiles: Vec<Profile>,
+}
+
 /// A fit in progress.
-struct Task<'a> {
-    expression: &'a Expression,
-    samples: &'a Samples,
-    options: &'a Options,
+pub(super) struct Task<'a> {
+    pub(super) expression: &'a Expression,
+    pub(super) samples: &'a Samples,
+    pub(super) options: &'a Options,
 }
 
 impl Task<'_> {
-    fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
+    pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
         Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
     }
 
-    fn problem<'s>(&'s self, samples: &'s Samples, table: ParameterTable) -> ReflectanceProblem<'s> {
-        ReflectanceProblem::new(self.expression, samples, table, self.options.metric)
+    pub(super) fn problem<'s>(
+        &'s self,
+        samples: &'s Samples,
+        table: ParameterTable,
+        objective: Objective,
+    ) -> ReflectanceProblem<'s> {
+        ReflectanceProblem::new(self.expression, samples, table, objective)
     }
 
-    /// The best start found, polished on part of the samples, and a record of all starts.
-    fn search(&self, table: ParameterTable) -> Result<(ParameterTable, Vec<Start>), Error> {
-        if table.free().is_empty() {
-            return Ok((table, Vec::new()));
-        }
-        let seed = self.options.seed;
-        let few = self.samples.subset(SCAN_SAMPLES, seed);
-        let limits = self.limits(0, None);
-        let candidates = search(self.expression, &few, &table, self.options.metric, POLISHED, &limits)?;
-        let more = self.samples.subset(POLISH_SAMPLES, seed);
-        let mut best: Option<(f64, ParameterTable)> = None;
+    /// The best start found, polished on part of the samples, and what was seen on the way.
+    fn search(&self, mut table: ParameterTable) -> Result<(ParameterTable, Found), Error> {
+        let few = self.samples.subset(SCAN_SAMPLES, self.options.seed);
+        let more = self.samples.subset(POLISH_SAMPLES, self.options.seed);
+        let widest = self.widest_scale(&few, &table);
+        let mut objective = Objective { metric: self.options.metric, loss: self.options.loss, scale: widest };
         let mut starts = Vec::new();
-        for Candidate { table, .. } in candidates {
-            let solution = self.polish(&more, table.clone(), 60)?;
-            let shapes = table
-                .free()
-                .iter()
-                .filter_map(|index| table.rows().get(*index).map(|row| (index, row)))
-                .filter(|(_, row)| row.spec.role == Role::Shape)
-                .map(|(index, row)| (table.name(*index), row.value))
+        let mut profiles = Vec::new();
+        if !table.free().is_empty() {
+            let wanted = (POLISHED, self.options.seed);
+            let seen = scan(self.expression, &few, &table, objective, wanted, &self.limits(0, None))?;
+            let ends: Result<Vec<(Start, ParameterTable)>, Error> = seen
+                .candidates
+                .into_iter()
+                .map(|candidate| self.follow(&more, candidate, objective))
                 .collect();
-            starts.push(Start { cost: solution.cost, shapes, termination: solution.termination });
-            // Of starts that lead to the same minimum the scan's favourite is kept.
-            if best.as_ref().is_none_or(|(cost, _)| solution.cost < (1.0 - SAME_MINIMUM) * cost) {
-                let mut polished = table;
-                polished.set_coordinates(solution.x.as_slice());
-                best = Some((solution.cost, polished));
+            let ends = ends?;
+            starts = ends.iter().map(|(start, _)| start.clone()).collect();
+            profiles = seen.profiles;
+            table = self.best_of(ends, objective)?.unwrap_or(table);
+        }
+        if objective.loss != LossKind::None {
+            // Each estimate of the scale rests on a fit with the one before, the last on all samples.
+            for _ in 0..SCALE_ROUNDS {
+                objective.scale = self.loss_scale(&more, &table, objective, widest);
+                let solution = self.polish(&more, table.clone(), objective, POLISH_ITERATIONS)?;
+                table.set_coordinates(solution.x.as_slice());
+            }
+            objective.scale = self.loss_scale(self.samples, &table, objective, widest);
+        }
+        Ok((table, Found { objective, starts, profiles }))
+    }
+
+    /// Polishes one point of the scan.
+    fn follow(
+        &self,
+        samples: &Samples,
+        candidate: Candidate,
+        objective: Objective,
+    ) -> Result<(Start, ParameterTable), Error> {
+        let table = candidate.table;
+        let solution = self.polish(samples, table.clone(), objective, POLISH_ITERATIONS)?;
+        let mut polished = table.clone();
+        polished.set_coordinates(solution.x.as_slice());
+        polished.sort_lobes();
+        let shapes = free_shapes(&table).into_iter().map(|(index, value)| (table.name(index), value));
+        let start = Start {
+            cost: solution.cost,
+            shapes: shapes.collect(),
+            reached: free_shapes(&polished),
+            termination: solution.termination,
+        };
+        Ok((start, polished))
+    }
+
+    /// The best of what the starts led to. Minima that are close on part of the samples compete on all.
+    fn best_of(
+        &self,
+        mut ends: Vec<(Start, ParameterTable)>,
+        objective: Objective,
+    ) -> Result<Option<ParameterTable>, Error> {
+        let lowest = ends.iter().map(|(start, _)| start.cost).fold(f64::INFINITY, f64::min);
+        let partial = self.samples.len() > POLISH_SAMPLES;
+        if partial {
+            ends.sort_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost));
+        }
+        // Of starts that lead to the same minimum the scan's favourite is kept.
+        let margin = if partial { CLOSE_RACE } else { SAME_MINIMUM };
+        let mut rivals: Vec<(Start, ParameterTable)> = Vec::new();
+        for (start, table) in ends {
+            let distinct = rivals
+                .iter()
+                .all(|(rival, _)| warnings::shapes_differ(&table, &rival.reached, &start.reached));
+            let close = start.cost <= (1.0 + margin) * lowest;
+            if close && distinct && rivals.len() < RIVALS {
+                rivals.push((start, table));
             }
         }
-        Ok((best.map_or(table, |(_, polished)| polished), starts))
+        if rivals.len() < 2 || !partial {
+            return Ok(rivals.into_iter().next().map(|(_, table)| table));
+        }
+        let mut best: Option<(f64, ParameterTable)> = None;
+        for (_, mut table) in rivals {
+            let solution = self.polish(self.samples, table.clone(), objective, RACE_ITERATIONS)?;
+            if best.as_ref().is_none_or(|(cost, _)| solution.cost < *cost) {
+                table.set_coordinates(solution.x.as_slice());
+                best = Some((solution.cost, table));
+            }
+        }
+        Ok(best.map(|(_, table)| table))
     }
 
-    fn polish(&self, samples: &Samples, table: ParameterTable, iterations: u64) -> Result<Solution, Error> {
-        let problem = self.problem(samples, table);
+    /// A scale of the loss beyond which no residual of a sensible fit lies: the search starts with it,
+    /// while the bulk of the data is still far from any model.
+    fn widest_scale(&self, samples: &Samples, table: &ParameterTable) -> f64 {
+        if self.options.loss == LossKind::None {
+            return 1.0;
+        }
+        let quantile =
+            self.problem(samples, table.clone(), self.options.metric.into()).data_quantile(BULK_OF_DATA);
+        // Data that are zero throughout have no scale; any will do.
+        if quantile > 0.0 { quantile } else { 1.0 }
+    }
+
+    /// The scale that the user gave, or that of the residuals at the values in `table`.
+    fn loss_scale(
+        &self,
+        samples: &Samples,
+        table: &ParameterTable,
+        objective: Objective,
+        widest: f64,
+    ) -> f64 {
+        self.options.loss_scale.unwrap_or_else(|| {
+            let problem = self.problem(samples, table.clone(), objective);
+            let deviation = problem.residual_deviation(&DVector::from_vec(table.coordinates()));
+            // Of data without noise only rounding is left.
+            deviation.max(SMALLEST_SCALE * widest)
+        })
+    }
+
+    fn polish(
+        &self,
+        samples: &Samples,
+        table: ParameterTable,
+        objective: Objective,
+        iterations: u64,
+    ) -> Result<Solution, Error> {
+        let problem = self.problem(samples, table, objective);
         let start = DVector::from_vec(problem.table().coordinates());
         let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
         minimise(&problem, start, tolerances, self.limits(iterations, None))
@@ -325,32 +479,48 @@ impl Task<'_> {
         problem: &ReflectanceProblem<'_>,
         table: ParameterTable,
         solution: Solution,
-        starts: Vec<Start>,
+        found: Found,
+        resampled: Option<Resampled>,
     ) -> Result<Fit, Error> {
         let samples = self.samples;
+        let robust = found.objective.loss != LossKind::None;
         let errors = score(self.expression, samples, &table);
         let n = problem.residuals();
         let free = table.free().len();
         let signed = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
         let dof = signed(n) - signed(free);
         let freedom = count(n) - count(free);
-        let absolute = samples.weighting == Weighting::Sigma;
-        let scatter = (!absolute).then(|| problem.scatter(&solution.x));
-        let covariance =
-            Covariance::new(&table, &solution.linearisation.matrix(free), scatter.as_ref(), freedom);
+        // A loss other than squares is no likelihood of the given standard deviations.
+        let absolute = samples.weighting == Weighting::Sigma && !robust;
+        let typical = (solution.cost / freedom).sqrt();
+        let scatter = (!absolute).then_some(|root: &_| problem.scatter(&solution.x, root, typical));
+        let covariance = Covariance::new(&table, &solution.linearisation.matrix(free), scatter, freedom);
+        // Without a covariance by the formula nothing says which parameters are determined.
+        let resampled = resampled.filter(|_| covariance.is_some());
+        let covariance = match &resampled {
+            Some(resampled) => covariance.map(|formula| resampled.covariance(formula)),
+            None => covariance,
+        };
         let unusable = unusable(&solution, free, dof, &errors);
         let mut fit = Fit {
             weighting: samples.weighting,
             used: samples.len(),
             dropped: samples.dropped.clone(),
             reduced_chi2: (absolute && dof > 0).then(|| solution.cost / freedom),
-            selection: selection(solution.cost, n, free, absolute),
+            selection: if robust {
+                Selection::default()
+            } else {
+                selection(solution.cost, n, free, absolute)
+            },
+            loss_scale: robust.then_some(found.objective.scale),
             errors,
+            held_out: None,
             covariance,
+            resampled,
             cost: solution.cost,
             n,
             dof,
-            starts,
+            starts: found.starts,
             termination: solution.termination,
             unusable,
             iterations: solution.iterations,
@@ -359,10 +529,11 @@ impl Task<'_> {
             table,
         };
         let mut warnings = self.general_warnings(&fit);
-        warnings.extend(bound_warnings(&fit.table));
-        warnings.extend(identifiability_warnings(&fit));
+        warnings.extend(warnings::at_bounds(&fit));
+        warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
+        warnings.extend(warnings::ties(&fit));
         if fit.unusable.is_none() {
-            warnings.extend(self.worth_freeing(&fit.table)?);
+            warnings.extend(self.worth_freeing(&fit.table, found.objective)?);
         }
         fit.warnings = warnings;
         Ok(fit)
@@ -393,7 +564,7 @@ impl Task<'_> {
     }
 
     /// Parameters that are fixed by default and should not have been.
-    fn worth_freeing(&self, table: &ParameterTable) -> Result<Vec<Warning>, Error> {
+    fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
         let mut warnings = Vec::new();
         let mut seen: Vec<(usize, usize)> = Vec::new();
         // Drawn and fitted as it is once, for the first parameter that asks.
@@ -408,14 +579,14 @@ impl Task<'_> {
                 Some(known) => known,
                 None => {
                     let few = self.samples.subset(CHECK_SAMPLES, self.options.seed);
-                    let held = self.polish(&few, table.clone(), 30)?.cost;
+                    let held = self.polish(&few, table.clone(), objective, 30)?.cost;
                     (few, held)
                 }
             };
             let freed = table.with_freed(table.places(row.lobe, row.parameter));
-            let loose = self.polish(&few, freed, 30)?.cost;
+            let loose = self.polish(&few, freed, objective, 30)?.cost;
             if loose < (1.0 - WORTH_FREEING) * held {
-                let name = parameter_name(table, row);
+                let name = table.parameter_name(row);
                 warnings.push(Warning {
                     kind: "worth-freeing",
                     parameter: Some(name.clone()),
@@ -468,82 +639,8 @@ fn selection(cost: f64, n: usize, free: usize, absolute: bool) -> Selection {
     }
 }
 
-/// Lobe and parameter, without the channel.
-fn parameter_name(table: &ParameterTable, row: &Row) -> String {
-    format!("{}.{}", table.lobes().get(row.lobe).map_or("", String::as_str), row.spec.name)
-}
-
-/// One warning per parameter at a bound, its channels together.
-fn bound_warnings(table: &ParameterTable) -> Vec<Warning> {
-    let mut groups: Vec<(String, bool, f64, Vec<String>)> = Vec::new();
-    for row in table.free_rows() {
-        for (at, upper, bound) in
-            [(row.at_lower(), false, row.bounds.0), (row.at_upper(), true, row.bounds.1)]
-        {
-            if !at {
-                continue;
-            }
-            let name = parameter_name(table, row);
-            let channel = row.channel.and_then(|c| table.channels().get(c)).cloned();
-            match groups.iter_mut().find(|(n, u, ..)| *n == name && *u == upper) {
-                Some((.., channels)) => channels.extend(channel),
-                None => groups.push((name, upper, bound, channel.into_iter().collect())),
-            }
-        }
-    }
-    let text = |(name, upper, bound, channels): (String, bool, f64, Vec<String>)| {
-        let side = if upper { "upper" } else { "lower" };
-        let of = if channels.is_empty() { String::new() } else { format!(" for {}", channels.join(", ")) };
-        let advice = if !upper && bound == 0.0 {
-            "the data do not ask for it; fit without it, or check the data's zero".to_owned()
-        } else {
-            format!("it has no error there; widen it with --bounds {name}=LO..HI if that makes sense")
-        };
-        Warning {
-            kind: "at-bound",
-            text: format!("at its {side} bound {bound}{of}: {advice}"),
-            parameter: Some(name),
-        }
-    };
-    groups.into_iter().map(text).collect()
-}
-
-/// Parameters that the data do not tell apart.
-fn identifiability_warnings(fit: &Fit) -> Vec<Warning> {
-    let Some(covariance) = &fit.covariance else { return Vec::new() };
-    let mut warnings = Vec::new();
-    if !covariance.undetermined.is_empty() {
-        let names: Vec<String> = covariance.undetermined.iter().map(|row| fit.table.name(*row)).collect();
-        warnings.push(Warning {
-            kind: "not-identifiable",
-            parameter: names.first().cloned(),
-            text: format!(
-                "the data do not determine {} separately: --fix one of them, or use a model without it",
-                names.join(", ")
-            ),
-        });
-    }
-    let mut strongest: Option<(f64, usize, usize)> = None;
-    for (i, &a) in covariance.rows.iter().enumerate() {
-        for &b in covariance.rows.iter().skip(i + 1) {
-            if let Some(c) = covariance.correlation(a, b)
-                && c.abs() > STRONG_CORRELATION
-                && strongest.is_none_or(|(s, ..)| c.abs() > s.abs())
-            {
-                strongest = Some((c, a, b));
-            }
-        }
-    }
-    if let Some((correlation, a, b)) = strongest {
-        let (a, b) = (fit.table.name(a), fit.table.name(b));
-        warnings.push(Warning {
-            kind: "correlated",
-            text: format!(
-                "correlation {correlation:.4} with {b}: the data hardly tell them apart; --fix one, or measure \
-                 closer to grazing"
-            ),
-            parameter: Some(a),
-        });
-    }
-    warnings
+/// The free shapes of a table: row and value.
+fn free_shapes(table: &ParameterTable) -> Vec<(usize, f64)> {
+    let rows = table.free().iter().filter_map(|index| Some((*index, table.rows().get(*index)?)));
+    rows.filter(|(_, row)| row.spec.role == Role::Shape).map(|(index, row)| (index, row.value)).collect()
 }

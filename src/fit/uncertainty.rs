@@ -4,7 +4,11 @@
 //!
 //! - given standard deviations make the residuals unit normal, and the covariance is H^-1, absolute;
 //! - other weights are not inverse variances, and the covariance is the sandwich
-//!   H^-1 (sum w^2 r^2 J J^T) H^-1 (Huber 1967, White 1980), which lets each sample tell its own noise.
+//!   H^-1 (sum e^2 J J^T) H^-1 (Huber 1967, White 1980), which lets each sample tell its own noise.
+//!
+//! A fit follows the samples that decide it, and r, the residual it leaves them, is smaller than their noise.
+//! Hence e = r/(1 - h) with h = J_s H^-1 J_s the leverage, the residual in a fit without the sample: the third
+//! form of MacKinnon and White 1985 (HC3, doi:10.1016/0304-4076(85)90158-7), the jackknife of a linear model.
 //!
 //! Both assume independent errors from sample to sample. Neighbouring cells of a measured table are not
 //! independent: read the errors as lower limits there.
@@ -20,6 +24,8 @@ pub enum Method {
     Absolute,
     /// From the scatter of the residuals.
     Sandwich,
+    /// From fits repeated on resampled angles of incidence.
+    BlockBootstrap,
 }
 
 impl Method {
@@ -29,6 +35,7 @@ impl Method {
         match self {
             Self::Absolute => "absolute",
             Self::Sandwich => "sandwich",
+            Self::BlockBootstrap => "block-bootstrap",
         }
     }
 }
@@ -46,6 +53,8 @@ pub struct Covariance {
     pub undetermined: Vec<usize>,
     /// Ratio of the largest to the smallest singular value of J with columns of unit length.
     pub condition: f64,
+    /// Rows that take part in the combination of parameters that is known worst.
+    pub weakest: Vec<usize>,
     /// Factor between a standard error and half a 95 % interval.
     pub quantile: f64,
 }
@@ -55,6 +64,9 @@ const SVD_ITERATIONS: usize = 10_000;
 
 /// Below this share of the largest singular value a direction is not determined by double precision.
 const RANK_TOLERANCE: f64 = 1e-11;
+
+/// A parameter with so large a part in a direction of unit length belongs to the combination.
+const IN_COMBINATION: f64 = 0.3;
 
 /// Half of a 95 % interval in standard errors: the 0.975 quantile of Student's t.
 fn half_interval(dof: f64) -> f64 {
@@ -67,13 +79,25 @@ fn half_interval(dof: f64) -> f64 {
     StudentsT::new(0.0, 1.0, dof).map_or(f64::NAN, |t| t.inverse_cdf(0.975))
 }
 
+/// The residual that a sample would have in a fit without it: r/(1 - h), to first order, with h = J_s H^-1 J_s
+/// its leverage. `typical` is the root mean square of the residuals.
+pub(super) fn left_out(r: f64, h: f64, typical: f64) -> f64 {
+    // At leverage 1 a parameter follows its only sample: r is 0 whatever the noise, and r/(1 - h) rounding
+    // over rounding. Under equal noise r/(1 - h) is about typical/sqrt(1 - h); beyond the limit it is taken
+    // to be what that gives at the limit, or more if r asks for it.
+    const LEAST: f64 = 0.01;
+    let rest = 1.0 - h;
+    if rest > LEAST { r / rest } else { (r.abs() / LEAST).max(typical / LEAST.sqrt()) }
+}
+
 impl Covariance {
     /// The covariance from the Jacobian and, for the sandwich, the scatter rows; both have one column per
-    /// free parameter of `table`. None if no parameter is left or there are no degrees of freedom.
+    /// free parameter of `table`. `scatter` makes the latter from a root of H^-1 with a row per parameter.
+    /// None if no parameter is left or there are no degrees of freedom.
     pub(super) fn new(
         table: &ParameterTable,
         jacobian: &DMatrix<f64>,
-        scatter: Option<&DMatrix<f64>>,
+        scatter: Option<impl FnOnce(&DMatrix<f64>) -> DMatrix<f64>>,
         dof: f64,
     ) -> Option<Self> {
         let inside: Vec<(usize, usize)> = table
@@ -105,7 +129,7 @@ impl Covariance {
         // Values close to the largest double overflow on the way; there is no covariance to be had then.
         let finite = |matrix: &DMatrix<f64>| matrix.iter().all(|v| v.is_finite());
         let design = scaled(jacobian);
-        if !finite(&design) || !scatter.is_none_or(finite) {
+        if !finite(&design) {
             return None;
         }
         let svd = design.try_svd(false, true, f64::EPSILON, SVD_ITERATIONS)?;
@@ -127,11 +151,24 @@ impl Covariance {
             }
             half_inverse.column_mut(k).fill(0.0);
         }
+        let direction = v_t.row(svd.singular_values.imin());
+        let in_combination = direction.iter().zip(&rows).filter(|(entry, _)| entry.abs() > IN_COMBINATION);
+        let weakest = in_combination.map(|(_, row)| *row).collect();
         let inverse = &half_inverse * half_inverse.transpose();
         let (method, mut matrix) = match scatter {
             None => (Method::Absolute, inverse),
             Some(scatter) => {
-                let spread = scaled(scatter) * &inverse;
+                // The inverse's root in the units of the Jacobian; what is held has no part in it.
+                let mut root = DMatrix::zeros(jacobian.ncols(), half_inverse.ncols());
+                for ((column, length), row) in columns.iter().zip(lengths.iter()).zip(half_inverse.row_iter())
+                {
+                    root.row_mut(*column).copy_from(&(row / *length));
+                }
+                let scatter = scatter(&root);
+                if !finite(&scatter) {
+                    return None;
+                }
+                let spread = scaled(&scatter) * &inverse;
                 (Method::Sandwich, spread.tr_mul(&spread))
             }
         };
@@ -144,7 +181,7 @@ impl Covariance {
         matrix.component_mul_assign(&(&units * units.transpose()));
         // A given sigma leaves nothing to estimate: that is Student's distribution in the limit.
         let quantile = half_interval(if method == Method::Absolute { f64::INFINITY } else { dof });
-        Some(Self { method, rows, matrix, undetermined, condition: largest / smallest, quantile })
+        Some(Self { method, rows, matrix, undetermined, condition: largest / smallest, weakest, quantile })
     }
 
     fn position(&self, row: usize) -> Option<usize> {

@@ -2,9 +2,11 @@
 
 pub mod csv_table;
 pub mod formats;
+mod incidence;
 mod info;
 mod samples;
 
+pub use incidence::IncidenceGroups;
 pub use info::{ALBEDO_LIMIT_DEG, Coverage, coverage};
 pub use samples::{Filters, Samples, Weighting};
 

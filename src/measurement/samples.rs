@@ -183,7 +183,7 @@ impl Samples {
     }
 
     /// The samples at `indices`.
-    fn at(&self, indices: &[usize]) -> Self {
+    pub(crate) fn at(&self, indices: &[usize]) -> Self {
         let gather =
             |rows: &Vec<Vec<f64>>| rows.iter().map(|row| crate::geometry::gather(row, indices)).collect();
         Self {

@@ -19,7 +19,7 @@
 //! because ln(c)/(1 - c^2) tends to -1/2. At grazing f_s grows without bound, as 1/max(ci, co).
 //! Not energy conserving for small exponents at grazing; reciprocal.
 
-use super::{Choices, Model, ParamSpec, Scale, Values};
+use super::{Choices, Model, ParamSpec, Scale, Sharper, Values};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::PI;
@@ -55,7 +55,7 @@ impl Model for AshikhminShirley {
         vec![
             ParamSpec::amplitude("rd", "diffuse reflectance", 1.0, 0.2),
             ParamSpec::amplitude("rs", "specular reflectance at normal incidence", 1.0, 0.05),
-            exponent("nu", "Phong exponent along x"),
+            exponent("nu", "Phong exponent along x").sharper_when(Sharper::Larger),
             exponent("nv", "Phong exponent along y").isotropic_as("nu"),
         ]
     }

@@ -21,7 +21,7 @@
 use super::parts::distribution::{Constants, Distribution};
 use super::parts::fresnel::Fresnel;
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ModelOption, ParamSpec, Scale, Values};
+use super::{Choices, Model, ModelOption, ParamSpec, Scale, Sharper, Values};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 
@@ -68,7 +68,8 @@ impl Model for CookTorrance {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let roughness = ParamSpec::shape("m", "roughness", (1e-4, 1.0), (0.01, 1.0), 0.2, Scale::Log);
+        let roughness = ParamSpec::shape("m", "roughness", (1e-4, 1.0), (0.01, 1.0), 0.2, Scale::Log)
+            .sharper_when(Sharper::Smaller);
         let fresnel = self.fresnel.parameters();
         let scale = ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 1.0);
         // Without a Fresnel term nothing else gives the lobe its strength.

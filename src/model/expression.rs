@@ -15,6 +15,17 @@ pub struct Lobe {
     choices: Choices,
 }
 
+impl Lobe {
+    /// The model with every choice spelled out.
+    #[must_use]
+    pub fn canonical(&self) -> String {
+        match self.choices.text() {
+            choices if choices.is_empty() => self.model.name().to_owned(),
+            choices => format!("{}({choices})", self.model.name()),
+        }
+    }
+}
+
 /// A sum of models.
 #[derive(Clone, Debug)]
 pub struct Expression {
@@ -59,11 +70,7 @@ impl Expression {
     /// The expression with every choice spelled out.
     #[must_use]
     pub fn canonical(&self) -> String {
-        let term = |lobe: &Lobe| match lobe.choices.text() {
-            choices if choices.is_empty() => lobe.model.name().to_owned(),
-            choices => format!("{}({choices})", lobe.model.name()),
-        };
-        self.lobes.iter().map(term).collect::<Vec<_>>().join(" + ")
+        self.lobes.iter().map(Lobe::canonical).collect::<Vec<_>>().join(" + ")
     }
 
     /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes of each lobe in declared order, in

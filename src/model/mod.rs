@@ -22,7 +22,7 @@ mod parameter;
 pub mod parts;
 
 pub use expression::{Expression, Lobe};
-pub use parameter::{ParamSpec, Role, Scale, Sharing, Unit};
+pub use parameter::{ParamSpec, Role, Scale, Sharing, Sharper, Unit};
 
 use crate::error::Error;
 use crate::geometry::{Block, Geometry};

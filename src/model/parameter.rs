@@ -56,6 +56,15 @@ pub enum Scale {
     Log,
 }
 
+/// Which values of a parameter make its lobe sharper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sharper {
+    /// Small ones: a roughness.
+    Smaller,
+    /// Large ones: an exponent.
+    Larger,
+}
+
 /// One parameter of a model: the whole contract between the formula and every tool.
 ///
 /// Values are in the reported [`Unit`].
@@ -84,6 +93,8 @@ pub struct ParamSpec {
     /// The parameter of the same model that this one equals on data that do not know the half vector's
     /// azimuth.
     pub isotropic_as: Option<&'static str>,
+    /// Whether lobes of one kind are put in order by this parameter, the sharpest first, and how.
+    pub sharper: Option<Sharper>,
 }
 
 impl ParamSpec {
@@ -102,6 +113,7 @@ impl ParamSpec {
             sharing: Sharing::PerChannel,
             scale: Scale::Linear,
             isotropic_as: None,
+            sharper: None,
         }
     }
 
@@ -127,6 +139,7 @@ impl ParamSpec {
             sharing: Sharing::Shared,
             scale,
             isotropic_as: None,
+            sharper: None,
         }
     }
 
@@ -146,6 +159,12 @@ impl ParamSpec {
     #[must_use]
     pub const fn isotropic_as(self, other: &'static str) -> Self {
         Self { isotropic_as: Some(other), ..self }
+    }
+
+    /// The same parameter, putting lobes of one kind in order.
+    #[must_use]
+    pub const fn sharper_when(self, sharper: Sharper) -> Self {
+        Self { sharper: Some(sharper), ..self }
     }
 
     /// The same parameter in another unit.

@@ -7,7 +7,7 @@ mod text;
 
 pub use text::{table, warnings};
 
-use crate::fit::{Errors, Fit, Metric, ParameterTable, Row, Status};
+use crate::fit::{Errors, Fit, HeldOut, Metric, ParameterTable, Product, Resampled, Row, Status};
 use crate::measurement::Measurement;
 use crate::model::Expression;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -170,8 +170,28 @@ pub struct FitRecord {
     pub cost: f64,
     /// chi^2/dof for weights by sigma, else null.
     pub reduced_chi2: Option<f64>,
-    /// sandwich or absolute; null where there is no uncertainty.
+    /// Ratio of the largest to the smallest singular value of J with columns of unit length; null where
+    /// there is no uncertainty.
+    pub condition: Option<f64>,
+    /// sandwich, absolute or block-bootstrap; null where there is no uncertainty.
     pub uncertainty_method: Option<&'static str>,
+    /// What the block bootstrap drew; null for other methods.
+    pub resampling: Option<ResamplingRecord>,
+}
+
+/// What the block bootstrap drew.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct ResamplingRecord {
+    /// Fits repeated.
+    pub replicates: usize,
+    /// Smallest and largest theta_i of each group of samples, degrees; twice the same for one angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+}
+
+impl From<&Resampled> for ResamplingRecord {
+    fn from(resampled: &Resampled) -> Self {
+        Self { replicates: resampled.replicates, theta_i_deg: resampled.theta_i_deg.clone() }
+    }
 }
 
 /// Criteria for choosing between models.
@@ -182,7 +202,30 @@ pub struct SelectionRecord {
     /// Bayesian criterion.
     pub bic: Option<f64>,
     /// Errors on samples that were held out; null where none were.
-    pub held_out: Option<ErrorRecord>,
+    pub held_out: Option<HeldOutRecord>,
+}
+
+/// Errors on samples that the fit has not seen.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct HeldOutRecord {
+    /// Every error, all channels together.
+    #[serde(flatten)]
+    pub errors: ErrorRecord,
+    /// How many samples were held out.
+    pub samples: usize,
+    /// Smallest and largest theta_i of each group of samples held out, degrees; twice the same for one
+    /// angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+}
+
+impl From<&HeldOut> for HeldOutRecord {
+    fn from(held: &HeldOut) -> Self {
+        Self {
+            errors: ErrorRecord::from(&held.errors),
+            samples: held.samples,
+            theta_i_deg: held.theta_i_deg.clone(),
+        }
+    }
 }
 
 /// One start of the search.
@@ -192,6 +235,8 @@ pub struct StartRecord {
     pub cost: f64,
     /// Shapes that it began with, by full name.
     pub shapes: InOrder<f64>,
+    /// Shapes that it led to, lobes of one kind in order.
+    pub reached: InOrder<f64>,
     /// Why its polishing stopped.
     pub reason: &'static str,
 }
@@ -217,8 +262,21 @@ pub struct OptionRecord {
     pub samples: Option<usize>,
     /// `--seed`.
     pub seed: u64,
+    /// `--hold-out`; null for none.
+    pub hold_out: Option<f64>,
+    /// `--solver`; null where nothing was fitted.
+    pub solver: Option<&'static str>,
+    /// `--uncertainty`; null where nothing was fitted.
+    pub uncertainty: Option<&'static str>,
     /// `--merl-bins`.
     pub merl_bins: &'static str,
+    /// `--loss`: none, huber or cauchy.
+    pub loss: &'static str,
+    /// Where residuals begin to count less, in units of the residual (standard deviations for weights by
+    /// sigma), given or found; null without a loss.
+    pub loss_scale: Option<f64>,
+    /// Whether that scale was found from the residuals; null without a loss.
+    pub loss_scale_auto: Option<bool>,
     /// `--timeout`, seconds.
     pub timeout_s: Option<f64>,
     /// `--fix`, `--init`, `--bounds`, `--free`, `--tie`, `--per-channel`, `--shared`, `--set`, as given.
@@ -353,7 +411,7 @@ impl Report {
             },
             metric: circumstances.metric.name(),
             parameters: table.rows().iter().enumerate().map(record).collect(),
-            derived: derived(expression, fit),
+            derived: derived(fit),
             correlation: correlation(fit),
             errors: ErrorRecord::from(&fit.errors.all),
             errors_by_channel: InOrder(by_channel.collect()),
@@ -362,15 +420,24 @@ impl Report {
                 dof: fit.dof,
                 cost: fit.cost,
                 reduced_chi2: fit.reduced_chi2,
+                condition: fit.covariance.as_ref().map(|c| c.condition).filter(|c| c.is_finite()),
                 uncertainty_method: fit.covariance.as_ref().map(|c| c.method.name()),
+                resampling: fit.resampled.as_ref().map(ResamplingRecord::from),
             },
-            selection: SelectionRecord { aicc: fit.selection.aicc, bic: fit.selection.bic, held_out: None },
+            selection: SelectionRecord {
+                aicc: fit.selection.aicc,
+                bic: fit.selection.bic,
+                held_out: fit.held_out.as_ref().map(HeldOutRecord::from),
+            },
             starts: fit
                 .starts
                 .iter()
                 .map(|start| StartRecord {
                     cost: start.cost,
                     shapes: InOrder(start.shapes.clone()),
+                    reached: InOrder(
+                        start.reached.iter().map(|(row, value)| (table.name(*row), *value)).collect(),
+                    ),
                     reason: start.termination.name(),
                 })
                 .collect(),
@@ -393,26 +460,51 @@ impl Report {
     /// The error in the metric that was fitted.
     #[must_use]
     pub fn fitted_error(&self) -> f64 {
+        self.in_fitted_metric(&self.errors)
+    }
+
+    /// The error in the metric that was fitted, on samples held out; none where none were.
+    #[must_use]
+    pub fn held_out_error(&self) -> Option<f64> {
+        self.selection.held_out.as_ref().map(|held| self.in_fitted_metric(&held.errors))
+    }
+
+    fn in_fitted_metric(&self, errors: &ErrorRecord) -> f64 {
         match self.metric {
-            "l2" => self.errors.l2,
-            "log" => self.errors.log,
-            _ => self.errors.cbrt,
+            "l2" => errors.l2,
+            "log" => errors.log,
+            _ => errors.cbrt,
+        }
+    }
+
+    /// What the error of samples held out is called in a ranking.
+    fn held_out_criterion(&self) -> &'static str {
+        match self.metric {
+            "l2" => "held-out l2",
+            "log" => "held-out log",
+            _ => "held-out cbrt",
         }
     }
 }
 
 impl Reports {
-    /// Several reports, ranked input by input.
+    /// Several reports, ranked input by input: by the error on samples held out where all have one, else by
+    /// that on the samples fitted.
     #[must_use]
     pub fn new(reports: Vec<Report>, failed: Vec<Failure>) -> Self {
-        let mut ranking: Vec<(usize, &Report)> = reports.iter().enumerate().collect();
+        let held_out: Option<Vec<f64>> = reports.iter().map(Report::held_out_error).collect();
+        let fitted = || reports.iter().map(Report::fitted_error).collect();
+        let by_held_out = held_out.is_some();
+        let values = held_out.unwrap_or_else(fitted);
+        let mut ranking: Vec<(usize, (&Report, f64))> = reports.iter().zip(values).enumerate().collect();
         let input = |report: &Report| reports.iter().position(|r| r.data.path == report.data.path);
-        ranking.sort_by(|(_, a), (_, b)| {
-            input(a).cmp(&input(b)).then(a.fitted_error().total_cmp(&b.fitted_error()))
-        });
+        ranking.sort_by(|(_, (a, x)), (_, (b, y))| input(a).cmp(&input(b)).then(x.total_cmp(y)));
         let ranking = ranking
             .into_iter()
-            .map(|(index, report)| Rank { index, criterion: report.metric, value: report.fitted_error() })
+            .map(|(index, (report, value))| {
+                let criterion = if by_held_out { report.held_out_criterion() } else { report.metric };
+                Rank { index, criterion, value }
+            })
             .collect();
         Self { schema: SCHEMA_SEVERAL, ranking, reports, failed }
     }
@@ -427,7 +519,10 @@ fn parameter(fit: &Fit, index: usize, row: &Row, channels: &[String]) -> Paramet
         value: row.value,
         unit: row.spec.unit.symbol(),
         std_error,
-        ci95: interval(fit, row.value, std_error),
+        ci95: match &fit.resampled {
+            None => interval(fit, row.value, std_error),
+            Some(resampled) => std_error.and_then(|_| resampled.interval(index)),
+        },
         bounds: [row.bounds.0, row.bounds.1],
         initial: row.initial,
         status: match row.status {
@@ -445,47 +540,60 @@ fn interval(fit: &Fit, value: f64, std_error: Option<f64>) -> Option<[f64; 2]> {
     std_error.map(|error| [value - quantile * error, value + quantile * error])
 }
 
-/// The products that a lobe declares, where both factors are fitted.
-fn derived(expression: &Expression, fit: &Fit) -> Vec<Derived> {
+/// The products that lobes declare, where both factors are fitted.
+fn derived(fit: &Fit) -> Vec<Derived> {
     let table = &fit.table;
     let mut derived = Vec::new();
-    for (lobe_index, lobe) in expression.lobes().iter().enumerate() {
-        let parameters = lobe.model.parameters();
-        for (first, second) in lobe.model.products() {
-            let position = |name: &str| parameters.iter().position(|spec| spec.name == name);
-            let (Some(first_at), Some(second_at)) = (position(first), position(second)) else { continue };
-            let shared = [first_at, second_at].iter().all(|p| table.places(lobe_index, *p).len() == 1);
-            let count = if shared { 1 } else { table.channels().len() };
-            for channel in 0..count {
-                let rows =
-                    (table.place(lobe_index, first_at, channel), table.place(lobe_index, second_at, channel));
-                let (Some(a), Some(b)) = rows else { continue };
-                derived.extend(product(fit, a, b).map(|(value, std_error)| Derived {
-                    name: format!("{}.{first}*{second}", lobe.name),
-                    channel: if shared { None } else { table.channels().get(channel).cloned() },
-                    value,
-                    std_error,
-                    ci95: interval(fit, value, std_error),
-                }));
-            }
+    for Product { lobe, first, second } in table.products() {
+        let shared = [*first, *second].iter().all(|p| table.places(*lobe, *p).len() == 1);
+        let spec_name = |parameter: usize| {
+            let row = table.places(*lobe, parameter).first().and_then(|row| table.rows().get(*row));
+            row.map_or("", |row| row.spec.name)
+        };
+        let lobe_name = table.lobes().get(*lobe).map_or("", String::as_str);
+        for channel in 0..if shared { 1 } else { table.channels().len() } {
+            let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
+            let (Some(a), Some(b)) = rows else { continue };
+            derived.extend(estimate(fit, a, b).map(|product| Derived {
+                name: format!("{lobe_name}.{}*{}", spec_name(*first), spec_name(*second)),
+                channel: if shared { None } else { table.channels().get(channel).cloned() },
+                value: product.value,
+                std_error: product.std_error,
+                ci95: product.ci95,
+            }));
         }
     }
     derived
 }
 
-/// Value and standard error of the product of two rows; none unless both are fitted.
-fn product(fit: &Fit, a: usize, b: usize) -> Option<(f64, Option<f64>)> {
+/// A product of two rows.
+struct Estimate {
+    value: f64,
+    std_error: Option<f64>,
+    ci95: Option<[f64; 2]>,
+}
+
+/// The product of two rows; none unless both are fitted.
+fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
     let rows = fit.table.rows();
     let (row_a, row_b) = (rows.get(a)?, rows.get(b)?);
     if row_a.status == Status::Fixed || row_b.status == Status::Fixed {
         return None;
     }
     let (x, y) = (row_a.value, row_b.value);
+    let (a, b) = (fit.table.source(a), fit.table.source(b));
     let variance = fit.covariance.as_ref().and_then(|c| {
-        let (a, b) = (fit.table.source(a), fit.table.source(b));
         Some(y * y * c.between(a, a)? + x * x * c.between(b, b)? + 2.0 * x * y * c.between(a, b)?)
     });
-    Some((x * y, variance.map(|v| v.max(0.0).sqrt())))
+    let value = x * y;
+    // The variance to first order says whether both factors are determined; repeated fits give the
+    // product's own.
+    if let Some(resampled) = &fit.resampled {
+        let (std_error, ci95) = variance.and_then(|_| resampled.product(a, b)).unzip();
+        return Some(Estimate { value, std_error, ci95 });
+    }
+    let std_error = variance.map(|v| v.max(0.0).sqrt());
+    Some(Estimate { value, std_error, ci95: interval(fit, value, std_error) })
 }
 
 fn correlation(fit: &Fit) -> Option<Correlation> {

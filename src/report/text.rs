@@ -1,6 +1,6 @@
 //! The report as a table for people.
 
-use super::{Parameter, Report, WarningRecord};
+use super::{ErrorRecord, Parameter, Report, WarningRecord};
 use crate::fit::Metric;
 use std::fmt::Write as _;
 
@@ -155,24 +155,46 @@ fn correlations(text: &mut String, report: &Report) -> std::fmt::Result {
     Ok(())
 }
 
+/// The errors that a fit can minimise.
+fn metrics(e: &ErrorRecord) -> String {
+    let named = Metric::ALL.into_iter().zip([e.l2, e.log, e.cbrt]);
+    let named: Vec<String> =
+        named.map(|(metric, value)| format!("{} {}", metric.name(), digits(value, 4))).collect();
+    named.join(", ")
+}
+
+/// Angles, and ranges of angles as `20..25`.
+fn angles(degrees: &[[f64; 2]]) -> String {
+    let listed: Vec<String> = degrees
+        .iter()
+        .map(|[low, high]| if low < high { format!("{low}..{high}") } else { format!("{low}") })
+        .collect();
+    listed.join(", ")
+}
+
 fn errors(text: &mut String, report: &Report) -> std::fmt::Result {
     let e = &report.errors;
     let relative = e.relative.map_or_else(|| "-".to_owned(), |r| digits(r, 4));
-    let metrics: Vec<String> = Metric::ALL
-        .into_iter()
-        .zip([e.l2, e.log, e.cbrt])
-        .map(|(metric, value)| format!("{} {}", metric.name(), digits(value, 4)))
-        .collect();
-    writeln!(
-        text,
-        "\nerrors: {}, log_ratio {}, relative {relative}",
-        metrics.join(", "),
-        digits(e.log_ratio, 4)
-    )?;
-    let method = match report.fit.uncertainty_method {
-        Some("sandwich") => "sandwich: independent samples, each with its own noise",
-        Some("absolute") => "from the given sigma: independent samples",
-        _ => "none",
+    writeln!(text, "\nerrors: {}, log_ratio {}, relative {relative}", metrics(e), digits(e.log_ratio, 4))?;
+    if let Some(held) = &report.selection.held_out {
+        writeln!(
+            text,
+            "held out: {} samples at theta_i {} deg: {}",
+            held.samples,
+            angles(&held.theta_i_deg),
+            metrics(&held.errors)
+        )?;
+    }
+    let method = match (report.fit.uncertainty_method, &report.fit.resampling) {
+        (_, Some(resampling)) => {
+            let ranges = resampling.theta_i_deg.iter().any(|[low, high]| low < high);
+            let groups = if ranges { "ranges of incidence angle" } else { "incidence angles" };
+            let n = resampling.theta_i_deg.len();
+            format!("block bootstrap over {n} {groups}, {} replicates", resampling.replicates)
+        }
+        (Some("sandwich"), _) => "sandwich: independent samples, each with its own noise".to_owned(),
+        (Some("absolute"), _) => "from the given sigma: independent samples".to_owned(),
+        _ => "none".to_owned(),
     };
     write!(
         text,

@@ -1,0 +1,607 @@
+//! Other solvers for the final fit, to measure what Levenberg-Marquardt is worth: argmin's own.
+//!
+//! They know nothing of least squares or of bounds: they see one number, the cost, and for L-BFGS its gradient.
+//!
+//! - `l-bfgs` (Liu and Nocedal 1989, doi:10.1007/BF01589116) with the line search of More and Thuente 1994
+//!   (doi:10.1145/192115.192132), on variables u with x = lo + (hi - lo) (1 + sin u)/2, which cannot leave
+//!   the bounds.
+//! - `nelder-mead` (Nelder and Mead 1965, doi:10.1093/comjnl/7.4.308) on the same variables.
+//! - `particle-swarm` (Kennedy and Eberhart 1995, doi:10.1109/ICNN.1995.488968): 40 particles in the box of
+//!   the bounds, one of them at the start of the fit. It has no test of convergence: it ends at the
+//!   limit of iterations.
+//!
+//! The best point that any of them has evaluated is the result, so that none makes the start worse.
+
+use super::least_squares::{LeastSquares, Linearisation};
+use super::levenberg_marquardt::{Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise};
+use crate::error::Error;
+use argmin::core::observers::{Observe, ObserverMode};
+use argmin::core::{
+    CostFunction, Executor, Gradient, IterState, KV, LineSearch, PopulationState, Problem, Solver, State,
+    TerminationReason, TerminationStatus,
+};
+use argmin::solver::linesearch::MoreThuenteLineSearch;
+use argmin::solver::neldermead::NelderMead;
+use argmin::solver::particleswarm::{Particle, ParticleSwarm};
+use argmin::solver::quasinewton::LBFGS;
+use nalgebra::DVector;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::cell::RefCell;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// What minimises the cost in the final fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum SolverKind {
+    /// Our own, for least squares within bounds.
+    #[default]
+    LevenbergMarquardt,
+    /// Limited-memory quasi-Newton: the gradient alone.
+    LBfgs,
+    /// A simplex: no derivatives.
+    NelderMead,
+    /// A random search: no derivatives.
+    ParticleSwarm,
+}
+
+impl SolverKind {
+    /// Name on the command line and in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LevenbergMarquardt => "levenberg-marquardt",
+            Self::LBfgs => "l-bfgs",
+            Self::NelderMead => "nelder-mead",
+            Self::ParticleSwarm => "particle-swarm",
+        }
+    }
+
+    /// Iterations that take about as long as `wanted` of Levenberg-Marquardt are worth, for `n` parameters.
+    fn iterations(self, wanted: u64, n: usize) -> u64 {
+        match self {
+            Self::LevenbergMarquardt | Self::ParticleSwarm => wanted,
+            Self::LBfgs => wanted.saturating_mul(10),
+            Self::NelderMead => wanted.saturating_mul(u64::try_from(n + 1).unwrap_or(u64::MAX)),
+        }
+    }
+}
+
+/// A change of the cost below this share of the start's ends L-BFGS; for Nelder-Mead it is the standard
+/// deviation of the simplex's costs.
+const COST_TOLERANCE: f64 = 1e-13;
+/// L-BFGS ends where the gradient of cost/start cost in the variables u is shorter than this.
+const GRADIENT_TOLERANCE: f64 = 1e-9;
+/// Where the line search fails although the residuals are orthogonal to every parameter's effect to this,
+/// rounding made it fail, at a minimum.
+const COSINE_TOLERANCE: f64 = 1e-6;
+/// Pairs of steps and gradients that L-BFGS remembers.
+const MEMORY: usize = 10;
+/// Trials of one line search; few take more than five.
+const LINE_SEARCH_ITERATIONS: u64 = 40;
+/// The edge of the first simplex, in the variables u, which run over pi between two bounds.
+const SIMPLEX_EDGE: f64 = 0.1;
+/// Particles of the swarm.
+const PARTICLES: usize = 40;
+/// At a bound d x/d u is 0, and no gradient leads away: a start there begins this share of the range inside.
+const START_INSIDE: f64 = 1e-6;
+/// A result this close to a bound, as a share of the range, is tried at the bound, which u reaches only slowly.
+const NEAR_BOUND: f64 = 1e-5;
+/// Tells the swarm's random numbers from the other draws with the same seed.
+const SWARM_STREAM: u64 = 0x0073_7761_726d;
+
+/// A point of argmin's solvers, and its gradient.
+type Point = Vec<f64>;
+type PointState = IterState<Point, Point, (), (), (), f64>;
+type SimplexState = IterState<Point, (), (), (), (), f64>;
+type Swarm = PopulationState<Particle<Point, f64>, f64>;
+
+/// Minimises a problem from `start` with a solver of choice. `tolerances` are Levenberg-Marquardt's; the others
+/// have their own.
+///
+/// # Errors
+/// [`Error::Optimiser`] if argmin itself fails, which is a defect.
+pub fn minimise_with<P: LeastSquares>(
+    kind: SolverKind,
+    problem: &P,
+    start: DVector<f64>,
+    tolerances: Tolerances,
+    limits: Limits,
+    seed: u64,
+) -> Result<Solution, Error> {
+    if kind == SolverKind::LevenbergMarquardt || start.is_empty() {
+        return minimise(problem, start, tolerances, limits);
+    }
+    let bounds = problem.bounds();
+    let n = start.len();
+    let inside = start.iter().zip(&bounds).map(|(x, &(low, high))| x.clamp(low, high));
+    let first = DVector::from_iterator(n, inside);
+    let model = problem.linearise(&first);
+    let end = |(x, model): (DVector<f64>, Linearisation), termination, iterations, evaluations| Solution {
+        x,
+        cost: model.cost,
+        linearisation: model,
+        termination,
+        iterations,
+        evaluations,
+    };
+    if !model.cost.is_finite() {
+        return Ok(end((first, model), Termination::Invalid, 0, 1));
+    }
+    if model.cost <= problem.cost_floor() {
+        return Ok(end((first, model), Termination::ConvergedGradient, 0, 1));
+    }
+    let swarm = kind == SolverKind::ParticleSwarm;
+    let objective = Objective {
+        problem,
+        axes: bounds.iter().map(|b| Axis::new(*b, swarm)).collect(),
+        scale: model.cost,
+        record: RefCell::new(Record { last: None, best: (first.clone(), model), evaluations: 1 }),
+    };
+    let watch = Watch {
+        iterations: kind.iterations(limits.iterations, n),
+        stop: limits.stop.clone(),
+        deadline: limits.deadline,
+        stopped: None,
+    };
+    let observer = limits.observer.map(|observer| Heard { observer, scale: objective.scale });
+    let (ended, iterations) = match kind {
+        SolverKind::NelderMead => objective.nelder_mead(&first, watch, observer),
+        SolverKind::ParticleSwarm => objective.particle_swarm(&first, watch, observer, seed),
+        SolverKind::LBfgs | SolverKind::LevenbergMarquardt => objective.l_bfgs(&first, watch, observer),
+    }
+    .map_err(|error| Error::Optimiser(error.to_string()))?;
+    objective.try_bounds(&bounds);
+    let Record { best, evaluations, .. } = objective.record.into_inner();
+    let termination = match ended {
+        Ended::With(termination) => termination,
+        Ended::LineSearchFailed if largest_cosine(&best.0, &best.1, &bounds) <= COSINE_TOLERANCE => {
+            Termination::ConvergedGradient
+        }
+        Ended::LineSearchFailed => Termination::Stalled,
+    };
+    Ok(end(best, termination, iterations, evaluations))
+}
+
+/// How a solver ended.
+enum Ended {
+    With(Termination),
+    LineSearchFailed,
+}
+
+/// What limits a solver from outside.
+#[derive(Clone)]
+struct Watch {
+    iterations: u64,
+    stop: Option<StopSignal>,
+    deadline: Option<Instant>,
+    /// Why it was stopped, once it was.
+    stopped: Option<Termination>,
+}
+
+/// A solver that also ends when it is told to.
+#[derive(Clone)]
+struct Watched<S> {
+    solver: S,
+    watch: Watch,
+}
+
+impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Watched<S> {
+    fn name(&self) -> &str {
+        self.solver.name()
+    }
+
+    fn init(&mut self, problem: &mut Problem<O>, state: I) -> Result<(I, Option<KV>), argmin::core::Error> {
+        self.solver.init(problem, state)
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: I,
+    ) -> Result<(I, Option<KV>), argmin::core::Error> {
+        self.solver.next_iter(problem, state)
+    }
+
+    fn terminate(&mut self, state: &I) -> TerminationStatus {
+        let own = self.solver.terminate(state);
+        if own.terminated() {
+            return own;
+        }
+        let watch = &mut self.watch;
+        watch.stopped = if watch.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            Some(Termination::Interrupted)
+        } else if watch.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            Some(Termination::Timeout)
+        } else if state.get_iter() >= watch.iterations {
+            Some(Termination::IterationLimit)
+        } else {
+            None
+        };
+        match watch.stopped {
+            Some(reason) => {
+                TerminationStatus::Terminated(TerminationReason::SolverExit(reason.name().to_owned()))
+            }
+            None => TerminationStatus::NotTerminated,
+        }
+    }
+}
+
+impl<S: LineSearch<Point, f64>> LineSearch<Point, f64> for Watched<S> {
+    fn search_direction(&mut self, direction: Point) {
+        self.solver.search_direction(direction);
+    }
+
+    fn initial_step_length(&mut self, step: f64) -> Result<(), argmin::core::Error> {
+        self.solver.initial_step_length(step)
+    }
+}
+
+/// Tells an observer of each iteration, in the problem's own cost.
+struct Heard {
+    observer: Observer,
+    scale: f64,
+}
+
+impl<I: State<Float = f64>> Observe<I> for Heard {
+    fn observe_iter(&mut self, state: &I, _: &KV) -> Result<(), argmin::core::Error> {
+        (self.observer)(state.get_iter(), state.get_cost() * self.scale);
+        Ok(())
+    }
+}
+
+/// How a variable u of a solver makes a parameter x.
+#[derive(Clone, Copy)]
+enum Axis {
+    /// x = lo + (hi - lo) (1 + sin u)/2.
+    Sine(f64, f64),
+    /// x = u, kept within bounds that may be infinite.
+    Plain(f64, f64),
+}
+
+impl Axis {
+    fn new((low, high): (f64, f64), plain: bool) -> Self {
+        if plain || !(low.is_finite() && high.is_finite()) {
+            Self::Plain(low, high)
+        } else {
+            Self::Sine(low, high)
+        }
+    }
+
+    /// x and d x/d u.
+    fn at(self, u: f64) -> (f64, f64) {
+        match self {
+            Self::Plain(low, high) => (u.clamp(low, high), if u > low && u < high { 1.0 } else { 0.0 }),
+            Self::Sine(low, high) => {
+                let half = (high - low) / 2.0;
+                ((low + half * (1.0 + u.sin())).clamp(low, high), half * u.cos())
+            }
+        }
+    }
+
+    /// The variable of a parameter at the start, a little inside its bounds.
+    fn start(self, x: f64) -> f64 {
+        match self {
+            Self::Plain(..) => x,
+            Self::Sine(low, high) => {
+                let share = ((x - low) / (high - low)).clamp(START_INSIDE, 1.0 - START_INSIDE);
+                (2.0 * share - 1.0).asin()
+            }
+        }
+    }
+}
+
+/// The cost as argmin's solvers see it: of the variables u, as a multiple of the cost at the start.
+struct Objective<'p, P> {
+    problem: &'p P,
+    axes: Vec<Axis>,
+    scale: f64,
+    record: RefCell<Record>,
+}
+
+/// What has been evaluated.
+struct Record {
+    /// The last point, where the gradient is asked for after the cost.
+    last: Option<(Point, Linearisation)>,
+    best: (DVector<f64>, Linearisation),
+    evaluations: u64,
+}
+
+impl<P: LeastSquares> Objective<'_, P> {
+    /// Evaluates at the parameters themselves; remembers the best.
+    fn linearise(&self, x: DVector<f64>) -> Linearisation {
+        let model = self.problem.linearise(&x);
+        let mut record = self.record.borrow_mut();
+        record.evaluations += 1;
+        if model.cost < record.best.1.cost {
+            record.best = (x, model.clone());
+        }
+        model
+    }
+
+    /// The cost at `u`, and the gradient where it is asked for.
+    fn evaluate(&self, u: &[f64], gradient: bool) -> (f64, Point) {
+        let known = self.record.borrow_mut().last.take().filter(|(at, _)| at == u);
+        let (x, slopes): (Point, Point) = self.axes.iter().zip(u).map(|(axis, u)| axis.at(*u)).unzip();
+        let n = x.len();
+        let model = known.map_or_else(|| self.linearise(DVector::from_vec(x)), |(_, model)| model);
+        // A cost that is not a number is worse than any.
+        let cost = if model.cost.is_finite() { model.cost / self.scale } else { f64::INFINITY };
+        let mut g = Point::new();
+        if gradient {
+            let half = model.slope_at(&DVector::zeros(n));
+            g.extend(half.iter().zip(slopes).map(|(half, slope)| 2.0 * half * slope / self.scale));
+        }
+        self.record.borrow_mut().last = Some((u.to_vec(), model));
+        (cost, g)
+    }
+
+    fn start(&self, x: &DVector<f64>) -> Point {
+        self.axes.iter().zip(x.iter()).map(|(axis, x)| axis.start(*x)).collect()
+    }
+
+    /// Moves what ended next to a bound onto it, where that is no worse.
+    fn try_bounds(&self, bounds: &[(f64, f64)]) {
+        let (mut x, cost) = {
+            let record = self.record.borrow();
+            (record.best.0.clone(), record.best.1.cost)
+        };
+        let mut moved = false;
+        for (x, &(low, high)) in x.iter_mut().zip(bounds) {
+            let near = NEAR_BOUND * (high - low);
+            for bound in [low, high] {
+                if near.is_finite() && *x != bound && (*x - bound).abs() <= near {
+                    *x = bound;
+                    moved = true;
+                }
+            }
+        }
+        if moved {
+            let model = self.problem.linearise(&x);
+            let mut record = self.record.borrow_mut();
+            record.evaluations += 1;
+            if model.cost <= cost {
+                record.best = (x, model);
+            }
+        }
+    }
+
+    fn l_bfgs(
+        &self,
+        start: &DVector<f64>,
+        watch: Watch,
+        observer: Option<Heard>,
+    ) -> Result<(Ended, u64), argmin::core::Error> {
+        let search: MoreThuenteLineSearch<Point, Point, f64> = MoreThuenteLineSearch::new();
+        let search =
+            Watched { solver: search, watch: Watch { iterations: LINE_SEARCH_ITERATIONS, ..watch.clone() } };
+        let solver: LBFGS<_, Point, Point, f64> = LBFGS::new(search, MEMORY)
+            .with_tolerance_grad(GRADIENT_TOLERANCE)?
+            .with_tolerance_cost(COST_TOLERANCE)?;
+        let start = self.start(start);
+        let mut executor = Executor::new(self, Watched { solver, watch })
+            .configure(|state: PointState| state.param(start))
+            .ctrlc(false)
+            .timer(false);
+        if let Some(observer) = observer {
+            executor = executor.add_observer(observer, ObserverMode::Always);
+        }
+        let result = executor.run()?;
+        let state = result.state;
+        let ended = match (state.get_termination_reason(), result.solver.watch.stopped) {
+            (Some(TerminationReason::SolverConverged), _) => {
+                let gradient = state.get_gradient().map_or(f64::INFINITY, |g| norm(g));
+                Ended::With(if gradient < GRADIENT_TOLERANCE {
+                    Termination::ConvergedGradient
+                } else {
+                    Termination::ConvergedCost
+                })
+            }
+            (_, Some(stopped)) => Ended::With(stopped),
+            _ => Ended::LineSearchFailed,
+        };
+        Ok((ended, state.get_iter()))
+    }
+
+    fn nelder_mead(
+        &self,
+        start: &DVector<f64>,
+        watch: Watch,
+        observer: Option<Heard>,
+    ) -> Result<(Ended, u64), argmin::core::Error> {
+        let corner = self.start(start);
+        let mut simplex = vec![corner.clone()];
+        for j in 0..corner.len() {
+            let mut other = corner.clone();
+            other.get_mut(j).into_iter().for_each(|u| *u += SIMPLEX_EDGE);
+            simplex.push(other);
+        }
+        let solver: NelderMead<Point, f64> = NelderMead::new(simplex).with_sd_tolerance(COST_TOLERANCE)?;
+        let mut executor = Executor::new(self, Watched { solver, watch })
+            .configure(|state: SimplexState| state)
+            .ctrlc(false)
+            .timer(false);
+        if let Some(observer) = observer {
+            executor = executor.add_observer(observer, ObserverMode::Always);
+        }
+        let result = executor.run()?;
+        let converged =
+            matches!(result.state.get_termination_reason(), Some(TerminationReason::SolverConverged));
+        let stopped = result.solver.watch.stopped.unwrap_or(Termination::IterationLimit);
+        let ended = if converged { Termination::ConvergedCost } else { stopped };
+        Ok((Ended::With(ended), result.state.get_iter()))
+    }
+
+    fn particle_swarm(
+        &self,
+        start: &DVector<f64>,
+        watch: Watch,
+        observer: Option<Heard>,
+        seed: u64,
+    ) -> Result<(Ended, u64), argmin::core::Error> {
+        // Where there is no bound the box reaches ten times as far as the start.
+        let edge = |bound: f64, x: f64| {
+            if bound.is_finite() { bound } else { x + bound.signum() * 10.0 * (1.0 + x.abs()) }
+        };
+        let edges = self.axes.iter().zip(start.iter()).map(|(axis, x)| match *axis {
+            Axis::Plain(low, high) | Axis::Sine(low, high) => (edge(low, *x), edge(high, *x)),
+        });
+        let (low, high): (Point, Point) = edges.unzip();
+        let mut rng = Pcg64Mcg::seed_from_u64(seed ^ SWARM_STREAM);
+        let mut particles = Vec::with_capacity(PARTICLES);
+        let at_rest = vec![0.0; start.len()];
+        particles.push(Particle::new(start.as_slice().to_vec(), 1.0, at_rest));
+        while particles.len() < PARTICLES {
+            let ranges = low.iter().zip(&high);
+            let place: Point = ranges.clone().map(|(l, h)| l + (h - l) * rng.random::<f64>()).collect();
+            let velocity = ranges.map(|(l, h)| (h - l) * (2.0 * rng.random::<f64>() - 1.0)).collect();
+            let (cost, _) = self.evaluate(&place, false);
+            particles.push(Particle::new(place, cost, velocity));
+        }
+        // argmin's own randomness is of another version of rand than ours.
+        let numbers =
+            <Xoshiro256PlusPlus as rand_xoshiro::rand_core::SeedableRng>::seed_from_u64(seed ^ SWARM_STREAM);
+        let solver = ParticleSwarm::new((low, high), PARTICLES).with_rng_generator(numbers);
+        let mut executor = Executor::new(self, Watched { solver, watch })
+            .configure(|state: Swarm| state.population(particles))
+            .ctrlc(false)
+            .timer(false);
+        if let Some(observer) = observer {
+            executor = executor.add_observer(observer, ObserverMode::Always);
+        }
+        let result = executor.run()?;
+        let stopped = result.solver.watch.stopped.unwrap_or(Termination::IterationLimit);
+        Ok((Ended::With(stopped), result.state.get_iter()))
+    }
+}
+
+/// Largest cosine between the residuals and the effect of a parameter that its bounds let move.
+fn largest_cosine(x: &DVector<f64>, model: &Linearisation, bounds: &[(f64, f64)]) -> f64 {
+    let gradient = model.slope_at(&DVector::zeros(x.len()));
+    let lengths = model.column_lengths(x.len()) * model.cost.sqrt();
+    let entries = gradient.iter().zip(lengths.iter()).zip(x.iter()).zip(bounds);
+    entries
+        .filter(|(((g, _), x), (low, high))| !((*x <= low && **g >= 0.0) || (*x >= high && **g <= 0.0)))
+        .map(|(((g, length), _), _)| if *length > 0.0 { g.abs() / length } else { 0.0 })
+        .fold(0.0, f64::max)
+}
+
+fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+impl<P: LeastSquares> CostFunction for &Objective<'_, P> {
+    type Param = Point;
+    type Output = f64;
+
+    fn cost(&self, u: &Point) -> Result<f64, argmin::core::Error> {
+        Ok(self.evaluate(u, false).0)
+    }
+}
+
+impl<P: LeastSquares> Gradient for &Objective<'_, P> {
+    type Param = Point;
+    type Gradient = Point;
+
+    fn gradient(&self, u: &Point) -> Result<Point, argmin::core::Error> {
+        Ok(self.evaluate(u, true).1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use nalgebra::DMatrix;
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    const OTHERS: [SolverKind; 3] = [SolverKind::LBfgs, SolverKind::NelderMead, SolverKind::ParticleSwarm];
+
+    /// Rosenbrock's valley (1960) as two residuals: 10 (y - x^2) and 1 - x.
+    struct Rosenbrock {
+        bounds: Vec<(f64, f64)>,
+    }
+
+    impl LeastSquares for Rosenbrock {
+        fn linearise(&self, v: &DVector<f64>) -> Linearisation {
+            let (x, y) = (v[0], v[1]);
+            for (value, (low, high)) in v.iter().zip(&self.bounds) {
+                assert!(
+                    value.is_nan() || (value >= low && value <= high),
+                    "{value} is not within {low}..{high}"
+                );
+            }
+            let residual = DVector::from_vec(vec![10.0 * (y - x * x), 1.0 - x]);
+            let jacobian = DMatrix::from_row_slice(2, 2, &[-20.0 * x, 10.0, -1.0, 0.0]);
+            Linearisation::dense(jacobian, residual)
+        }
+        fn bounds(&self) -> Vec<(f64, f64)> {
+            self.bounds.clone()
+        }
+    }
+
+    fn solve(kind: SolverKind, bounds: [(f64, f64); 2], start: [f64; 2], limits: Limits) -> Solution {
+        let problem = Rosenbrock { bounds: bounds.to_vec() };
+        let start = DVector::from_row_slice(&start);
+        minimise_with(kind, &problem, start, Tolerances::default(), limits, 0).unwrap()
+    }
+
+    #[test]
+    fn every_solver_finds_the_floor_of_the_valley() {
+        for (kind, reasons, digits) in [
+            (SolverKind::LevenbergMarquardt, &[Termination::ConvergedStep][..], 1e-12),
+            (SolverKind::LBfgs, &[Termination::ConvergedGradient, Termination::ConvergedCost], 1e-5),
+            (SolverKind::NelderMead, &[Termination::ConvergedCost], 1e-5),
+            (SolverKind::ParticleSwarm, &[Termination::IterationLimit], 1e-3),
+        ] {
+            let solution = solve(kind, [(-2.0, 2.0), (-1.0, 3.0)], [-1.2, 1.0], Limits::iterations(300));
+            assert!(reasons.contains(&solution.termination), "{kind:?}: {:?}", solution.termination);
+            assert_relative_eq!(solution.x[0], 1.0, epsilon = digits);
+            assert_relative_eq!(solution.x[1], 1.0, epsilon = 2.0 * digits);
+            assert_relative_eq!(solution.cost, solution.linearisation.cost);
+            assert!(solution.evaluations > solution.iterations, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn bounds_are_kept_reached_and_left() {
+        // With x at most 0.5 the minimum is x = 0.5, y = 0.25: the valley's floor at the bound.
+        for kind in OTHERS {
+            let solution = solve(kind, [(-2.0, 0.5), (-10.0, 10.0)], [-1.2, 1.0], Limits::iterations(300));
+            assert_eq!(solution.x[0], 0.5, "{kind:?}");
+            assert_relative_eq!(solution.x[1], 0.25, max_relative = 1e-3);
+            // The start lies on two bounds, the minimum inside.
+            let solution = solve(kind, [(-2.0, 2.0), (-1.0, 1.5)], [-2.0, 1.5], Limits::iterations(300));
+            assert_relative_eq!(solution.x[0], 1.0, max_relative = 1e-2);
+        }
+    }
+
+    #[test]
+    fn without_bounds_the_variables_are_the_parameters() {
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        for kind in OTHERS {
+            let solution = solve(kind, [free, free], [-1.2, 1.0], Limits::iterations(300));
+            assert_relative_eq!(solution.x[0], 1.0, max_relative = 1e-2);
+        }
+    }
+
+    #[test]
+    fn solvers_stop_when_told() {
+        let bounds = [(-2.0, 2.0), (-1.0, 3.0)];
+        for kind in OTHERS {
+            let stop = Some(Arc::new(AtomicBool::new(true)));
+            let solution = solve(kind, bounds, [-1.2, 1.0], Limits { stop, ..Limits::iterations(300) });
+            assert_eq!(solution.termination, Termination::Interrupted);
+            let deadline = Some(Instant::now());
+            let solution = solve(kind, bounds, [-1.2, 1.0], Limits { deadline, ..Limits::iterations(300) });
+            assert_eq!(solution.termination, Termination::Timeout);
+            let solution = solve(kind, bounds, [-1.2, 1.0], Limits::iterations(0));
+            assert_eq!(solution.termination, Termination::IterationLimit);
+            assert!(solution.cost <= 24.2 + 1e-9, "no worse than the start");
+            let solution = solve(kind, bounds, [f64::NAN, 1.0], Limits::iterations(300));
+            assert_eq!(solution.termination, Termination::Invalid);
+        }
+    }
+}

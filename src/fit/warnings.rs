@@ -1,0 +1,315 @@
+//! What a user should know before relying on a fit, each with what to do next.
+
+use super::coarse::Profile;
+use super::parameters::{ParameterTable, Product, Row, Status};
+use super::run::Fit;
+use crate::math::count;
+use crate::measurement::Samples;
+use crate::model::{Role, Scale};
+
+/// Something that the user should know before relying on the result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Short name of the kind.
+    pub kind: &'static str,
+    /// The parameter concerned, if it is one.
+    pub parameter: Option<String>,
+    /// What it is and what to do next.
+    pub text: String,
+}
+
+/// Correlations beyond this are worth a warning.
+const STRONG_CORRELATION: f64 = 0.98;
+/// The same between the two factors of a lobe's strength, which few data tell apart.
+const STRONG_WITHIN_PRODUCT: f64 = 0.99;
+/// Schlick's Fresnel term rises noticeably only beyond this angle, degrees (docs/fitting.md).
+const FRESNEL_REACH_DEG: f64 = 70.0;
+/// The same of a diffuse base and a lobe, which look alike when the lobe is rough.
+const STRONG_WITH_BASE: f64 = 0.95;
+/// Beyond this ratio of singular values some combination of parameters is known far worse than others.
+const ILL_CONDITIONED: f64 = 1e3;
+/// A share of the cost that no data are good enough to trust.
+const COST_RESOLUTION: f64 = 1e-3;
+/// Twice the logarithm of the likelihood falls by this at the end of a 95 % interval.
+const CHI2_95: f64 = 3.841;
+/// A profile that is flat over so large a ratio, or share of the range, says nothing useful.
+const FLAT_RATIO: f64 = 2.0;
+const FLAT_SHARE: f64 = 0.3;
+/// Values within this ratio of each other are the same minimum.
+const SAME_VALUE: f64 = 0.05;
+
+/// One warning per parameter at a bound, its channels together.
+pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
+    let table = &fit.table;
+    let mut groups: Vec<(String, bool, f64, Vec<String>)> = Vec::new();
+    for row in table.free_rows() {
+        for (at, upper, bound) in
+            [(row.at_lower(), false, row.bounds.0), (row.at_upper(), true, row.bounds.1)]
+        {
+            if !at {
+                continue;
+            }
+            let name = table.parameter_name(row);
+            let channel = row.channel.and_then(|c| table.channels().get(c)).cloned();
+            match groups.iter_mut().find(|(n, u, ..)| *n == name && *u == upper) {
+                Some((.., channels)) => channels.extend(channel),
+                None => groups.push((name, upper, bound, channel.into_iter().collect())),
+            }
+        }
+    }
+    let text = |(name, upper, bound, channels): (String, bool, f64, Vec<String>)| {
+        let side = if upper { "upper" } else { "lower" };
+        let of = if channels.is_empty() { String::new() } else { format!(" for {}", channels.join(", ")) };
+        let advice = if !upper && bound == 0.0 {
+            "the data do not ask for it; fit without it, or check the data's zero".to_owned()
+        } else {
+            format!("it has no error there; widen it with --bounds {name}=LO..HI if that makes sense")
+        };
+        Warning {
+            kind: "at-bound",
+            text: format!("at its {side} bound {bound}{of}: {advice}"),
+            parameter: Some(name),
+        }
+    };
+    groups.into_iter().map(text).collect()
+}
+
+/// Parameters that the data do not tell apart.
+pub(super) fn identifiability(fit: &Fit, samples: &Samples, profiles: &[Profile]) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    warnings.extend(undetermined(fit));
+    warnings.extend(products(fit, samples));
+    warnings.extend(correlated(fit));
+    warnings.extend(flat(fit, profiles));
+    if warnings.is_empty() {
+        warnings.extend(ill_conditioned(fit));
+    }
+    warnings
+}
+
+fn undetermined(fit: &Fit) -> Option<Warning> {
+    let rows = &fit.covariance.as_ref()?.undetermined;
+    let names: Vec<String> = rows.iter().map(|row| fit.table.name(*row)).collect();
+    Some(Warning {
+        kind: "not-identifiable",
+        parameter: Some(names.first()?.clone()),
+        text: format!(
+            "the data do not determine {} separately: --fix one of them, or use a model without it",
+            names.join(", ")
+        ),
+    })
+}
+
+/// Factors of a lobe's strength that are both free, and that these data hardly tell apart.
+fn products(fit: &Fit, samples: &Samples) -> Vec<Warning> {
+    let table = &fit.table;
+    let mut warnings = Vec::new();
+    let mut reach = None;
+    for Product { lobe, first, second } in table.products() {
+        let free = |row: usize| table.rows().get(row).is_some_and(|row| row.status == Status::Free);
+        let mut strongest: f64 = 0.0;
+        let mut both_free = false;
+        for channel in 0..table.channels().len() {
+            let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
+            let (Some(a), Some(b)) = rows else { continue };
+            if !free(a) || !free(b) {
+                continue;
+            }
+            both_free = true;
+            let correlation = fit.covariance.as_ref().and_then(|c| c.correlation(a, b));
+            strongest = strongest.max(correlation.map_or(0.0, f64::abs));
+        }
+        if !both_free {
+            continue;
+        }
+        let reach = *reach.get_or_insert_with(|| largest_angle_deg(samples));
+        let weak = reach < FRESNEL_REACH_DEG;
+        if !weak && strongest <= STRONG_WITHIN_PRODUCT {
+            continue;
+        }
+        let name = |parameter: usize| {
+            let row = table.places(*lobe, parameter).first().and_then(|row| table.rows().get(*row));
+            row.map_or(("", String::new()), |row| (row.spec.name, table.parameter_name(row)))
+        };
+        let ((first, full_first), (second, _)) = (name(*first), name(*second));
+        let why = if weak {
+            format!("directions up to {reach:.0} degrees")
+        } else {
+            format!("these data (correlation {strongest:.4})")
+        };
+        let more =
+            if weak { format!(", or measure beyond {FRESNEL_REACH_DEG} degrees") } else { String::new() };
+        warnings.push(Warning {
+            kind: "not-identifiable",
+            text: format!(
+                "{first} and {second} are hardly told apart by {why}: rely on their product under 'derived', \
+                 --fix {full_first}=1{more}"
+            ),
+            parameter: Some(full_first),
+        });
+    }
+    warnings
+}
+
+/// The largest angle of incidence or viewing.
+fn largest_angle_deg(samples: &Samples) -> f64 {
+    let smallest_cosine =
+        samples.directions.iter().map(|g| g.cos_i().min(g.cos_o())).fold(f64::INFINITY, f64::min);
+    smallest_cosine.clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+/// The strongest correlation of all, and the strongest between a diffuse base and a lobe.
+fn correlated(fit: &Fit) -> Vec<Warning> {
+    let Some(covariance) = &fit.covariance else { return Vec::new() };
+    let table = &fit.table;
+    let lobe_of = |row: usize| table.rows().get(row).map(|row| row.lobe);
+    let is_base = |row: usize| lobe_of(row).is_some_and(|lobe| !table.has_width(lobe));
+    let is_amplitude = |row: usize| table.rows().get(row).is_some_and(|row| row.spec.role == Role::Amplitude);
+    let in_product = |a: usize, b: usize| {
+        let place = |row: usize| table.rows().get(row).map(|row| (row.lobe, row.parameter));
+        table.products().iter().any(|Product { lobe, first, second }| {
+            let factors = (Some((*lobe, *first)), Some((*lobe, *second)));
+            (place(a), place(b)) == factors || (place(b), place(a)) == factors
+        })
+    };
+    let mut strongest: Option<(f64, usize, usize)> = None;
+    let mut with_base: Option<(f64, usize, usize)> = None;
+    for (i, &a) in covariance.rows.iter().enumerate() {
+        for &b in covariance.rows.iter().skip(i + 1) {
+            let Some(c) = covariance.correlation(a, b) else { continue };
+            // Base and lobe, in this order.
+            let pair = if is_base(a) { (a, b) } else { (b, a) };
+            let (group, limit) = if in_product(a, b) {
+                continue;
+            } else if is_base(pair.0) && !is_base(pair.1) && is_amplitude(pair.0) {
+                (&mut with_base, STRONG_WITH_BASE)
+            } else {
+                (&mut strongest, STRONG_CORRELATION)
+            };
+            if c.abs() > limit && group.is_none_or(|(s, ..)| c.abs() > s.abs()) {
+                *group = Some((c, pair.0, pair.1));
+            }
+        }
+    }
+    let mut warnings = Vec::new();
+    if let Some((correlation, base, other)) = with_base {
+        let lobe = lobe_of(other).and_then(|lobe| table.lobes().get(lobe)).map_or("", String::as_str);
+        warnings.push(Warning {
+            kind: "correlated",
+            text: format!(
+                "correlation {correlation:.4} with {}: a lobe this rough looks like a diffuse base; fit without \
+                 '{lobe}' and compare, or --fix one of the two",
+                table.name(other)
+            ),
+            parameter: Some(table.name(base)),
+        });
+    }
+    if let Some((correlation, a, b)) = strongest {
+        warnings.push(Warning {
+            kind: "correlated",
+            text: format!(
+                "correlation {correlation:.4} with {}: the data hardly tell them apart; --fix one, or measure \
+                 closer to grazing",
+                table.name(b)
+            ),
+            parameter: Some(table.name(a)),
+        });
+    }
+    warnings
+}
+
+/// Shapes that the error hardly depends on.
+fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
+    let Some(freedom) = u64::try_from(fit.dof).ok().filter(|dof| *dof > 0) else { return Vec::new() };
+    let freedom = count(usize::try_from(freedom).unwrap_or(usize::MAX));
+    let threshold = (CHI2_95 / freedom).exp_m1().max(COST_RESOLUTION);
+    let mut warnings = Vec::new();
+    for profile in profiles {
+        let Some(row) = fit.table.rows().get(profile.row) else { continue };
+        let lowest = profile.points.iter().map(|(_, cost)| *cost).fold(f64::INFINITY, f64::min);
+        let level: Vec<f64> = profile
+            .points
+            .iter()
+            .filter(|(_, cost)| *cost <= lowest * (1.0 + threshold))
+            .map(|(value, _)| *value)
+            .collect();
+        let (Some(&low), Some(&high)) = (level.first(), level.last()) else { continue };
+        let ends = (profile.points.first(), profile.points.last());
+        let (Some((start, _)), Some((end, _))) = ends else { continue };
+        let wide = match row.spec.scale {
+            Scale::Log => high > FLAT_RATIO * low,
+            Scale::Linear => high - low > FLAT_SHARE * (end - start),
+        };
+        if !wide {
+            continue;
+        }
+        let name = fit.table.parameter_name(row);
+        warnings.push(Warning {
+            kind: "flat-profile",
+            text: format!(
+                "the error stays the same within {:.2} % from {low:.3} to {high:.3}: the data hardly depend on it; \
+                 --fix it, or fit without '{}'",
+                100.0 * threshold,
+                fit.table.lobes().get(row.lobe).map_or("", String::as_str)
+            ),
+            parameter: Some(name),
+        });
+    }
+    warnings
+}
+
+/// A combination of several parameters that is known far worse than the others.
+fn ill_conditioned(fit: &Fit) -> Option<Warning> {
+    let covariance = fit.covariance.as_ref().filter(|c| c.condition > ILL_CONDITIONED)?;
+    let names: Vec<String> = covariance.weakest.iter().map(|row| fit.table.name(*row)).collect();
+    Some(Warning {
+        kind: "ill-conditioned",
+        parameter: Some(names.first()?.clone()),
+        text: format!(
+            "condition number {:.0e}: together {} are known far worse than the rest; --fix or --tie one of them",
+            covariance.condition,
+            names.join(", ")
+        ),
+    })
+}
+
+/// Starts that end as well as the best with other shapes.
+pub(super) fn ties(fit: &Fit) -> Option<Warning> {
+    let best = fit.starts.iter().map(|start| start.cost).fold(f64::INFINITY, f64::min);
+    let table = &fit.table;
+    // A shape that the data do not determine may end anywhere.
+    let known = |row: usize| fit.covariance.as_ref().is_some_and(|c| c.std_error(row).is_some());
+    let differing = |reached: &[(usize, f64)]| {
+        reached.iter().copied().find(|(row, value)| {
+            known(*row) && table.rows().get(*row).is_some_and(|row| differ(row, row.value, *value))
+        })
+    };
+    let rival = fit
+        .starts
+        .iter()
+        .filter(|start| start.cost <= best * (1.0 + COST_RESOLUTION) && start.termination.converged())
+        .find_map(|start| differing(&start.reached).map(|(row, value)| (start.cost, row, value)));
+    let (cost, row, value) = rival?;
+    let name = table.name(row);
+    Some(Warning {
+        kind: "tied-starts",
+        text: format!(
+            "another start ends with {value:.4} at a cost only {:.3} % above the best: the data do not choose between \
+             the two; compare them on other data, or choose with --init {name}=V",
+            100.0 * (cost / best - 1.0).max(0.0)
+        ),
+        parameter: Some(name),
+    })
+}
+
+/// Whether two sets of shapes are different minima.
+pub(super) fn shapes_differ(table: &ParameterTable, a: &[(usize, f64)], b: &[(usize, f64)]) -> bool {
+    a.iter().zip(b).any(|((row, x), (_, y))| table.rows().get(*row).is_some_and(|row| differ(row, *x, *y)))
+}
+
+fn differ(row: &Row, x: f64, y: f64) -> bool {
+    match row.spec.scale {
+        Scale::Log => (x / y).ln().abs() > SAME_VALUE,
+        Scale::Linear => (x - y).abs() > SAME_VALUE * (row.spec.typical.1 - row.spec.typical.0),
+    }
+}

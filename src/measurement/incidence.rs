@@ -1,0 +1,146 @@
+//! Samples grouped by their angle of incidence.
+//!
+//! A goniometer sets the lamp, then takes all viewing directions: what goes wrong with one angle of
+//! incidence (alignment, the lamp's drift) goes wrong with all its samples alike, and neighbouring
+//! samples tell nearly the same. Whole angles are the pieces of a measurement that come closest to
+//! being independent.
+
+use super::Samples;
+use crate::math::count;
+
+/// Samples in groups of one angle of incidence, or a narrow range of them.
+///
+/// A cell of a half/difference grid stands for a pair of directions and its mirror; the angle is that
+/// of the direction that the cell's geometry calls incident.
+#[derive(Clone, Debug)]
+pub struct IncidenceGroups {
+    /// Smallest and largest `theta_i` of each group, degrees, ascending; twice the same for one angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+    /// The group of each sample.
+    pub of_sample: Vec<usize>,
+}
+
+/// Angles closer than this, degrees, are one angle: files round them, and goniometers miss them by less.
+const SAME_ANGLE_DEG: f64 = 0.1;
+/// Room for the rounding of angles, degrees: angles exactly 0.1 apart are two, and 5 belongs to 0..5.
+const ROUNDING_DEG: f64 = 1e-6;
+/// With more angles than this the directions are dense or random, and are grouped in ranges.
+const MOST_ANGLES: usize = 50;
+/// Width of those ranges, degrees.
+const RANGE_DEG: f64 = 5.0;
+/// So many of them reach the horizon.
+const RANGES: usize = 18;
+
+impl IncidenceGroups {
+    /// How many groups there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.theta_i_deg.len()
+    }
+
+    /// Whether there is no group, because there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.theta_i_deg.is_empty()
+    }
+
+    /// Whether each group is one angle, rather than a range.
+    #[must_use]
+    pub fn single_angles(&self) -> bool {
+        self.theta_i_deg.iter().all(|[low, high]| low >= high)
+    }
+
+    /// The samples of the groups that `wanted` says yes to, in order.
+    #[must_use]
+    pub fn samples_of(&self, wanted: impl Fn(usize) -> bool) -> Vec<usize> {
+        let numbered = self.of_sample.iter().enumerate();
+        numbered.filter(|(_, group)| wanted(**group)).map(|(sample, _)| sample).collect()
+    }
+}
+
+impl Samples {
+    /// The samples grouped by angle of incidence: one group per angle if there are at most 50 (to 0.1
+    /// degrees), otherwise ranges of 5 degrees, of which the upper end is part.
+    #[must_use]
+    pub fn incidence_groups(&self) -> IncidenceGroups {
+        let theta_i = self.directions.iter().map(|g| g.sin2_i().sqrt().atan2(g.cos_i()).to_degrees());
+        let theta_i: Vec<f64> = theta_i.collect();
+        angles(&theta_i).unwrap_or_else(|| ranges(&theta_i))
+    }
+}
+
+/// One group per angle; none if there are too many.
+fn angles(theta_i: &[f64]) -> Option<IncidenceGroups> {
+    let mut sorted = theta_i.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let mut groups: Vec<[f64; 2]> = Vec::new();
+    for angle in sorted {
+        let full = groups.len() == MOST_ANGLES;
+        match groups.last_mut() {
+            Some([low, high]) if angle < *low + SAME_ANGLE_DEG - ROUNDING_DEG => *high = angle,
+            _ if full => return None,
+            _ => groups.push([angle, angle]),
+        }
+    }
+    let group = |angle: &f64| groups.partition_point(|[low, _]| low <= angle).saturating_sub(1);
+    let of_sample = theta_i.iter().map(group).collect();
+    // The angle that was meant: the middle, without the digits that a conversion from radians adds.
+    let meant = |[low, high]: [f64; 2]| (50.0 * (low + high)).round() / 100.0;
+    Some(IncidenceGroups { theta_i_deg: groups.into_iter().map(|g| [meant(g); 2]).collect(), of_sample })
+}
+
+/// One group per range that has samples.
+fn ranges(theta_i: &[f64]) -> IncidenceGroups {
+    let lows: Vec<f64> = (0..RANGES).map(|k| RANGE_DEG * count(k)).collect();
+    let range = |angle: &f64| lows.partition_point(|low| low + ROUNDING_DEG < *angle).saturating_sub(1);
+    let of_sample: Vec<usize> = theta_i.iter().map(range).collect();
+    let mut taken: Vec<usize> = of_sample.clone();
+    taken.sort_unstable();
+    taken.dedup();
+    let place = |range: &usize| taken.partition_point(|t| t < range);
+    IncidenceGroups {
+        theta_i_deg: taken.iter().map(|k| [RANGE_DEG * count(*k), RANGE_DEG * count(k + 1)]).collect(),
+        of_sample: of_sample.iter().map(place).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_angles_are_groups_of_their_own() {
+        // Angles as radians with few digits give them, one set that straddles a tenth of a degree, and two
+        // that are a tenth apart.
+        let theta_i = [0.872_665_f64.to_degrees(), 11.249, 0.0, 50.0, 11.251, 20.0, 20.1];
+        let groups = angles(&theta_i).unwrap();
+        assert_eq!(groups.theta_i_deg, [0.0, 11.25, 20.0, 20.1, 50.0].map(|a| [a, a]));
+        assert_eq!(groups.of_sample, [4, 1, 0, 4, 1, 2, 3]);
+        assert!(groups.single_angles());
+        assert_eq!(groups.samples_of(|group| group == 4), [0, 3]);
+    }
+
+    #[test]
+    fn many_angles_are_grouped_in_ranges() {
+        let theta_i: Vec<f64> =
+            (0..=800).map(|k| 0.1 * f64::from(k)).filter(|a| *a < 20.0 || *a > 29.0).collect();
+        assert!(angles(&theta_i).is_none());
+        let groups = ranges(&theta_i);
+        // 20..25 has no sample; 80 belongs to 75..80.
+        assert_eq!(groups.len(), 15);
+        assert_eq!(groups.theta_i_deg.first(), Some(&[0.0, 5.0]));
+        assert_eq!(groups.theta_i_deg[4], [25.0, 30.0]);
+        assert_eq!(groups.theta_i_deg.last(), Some(&[75.0, 80.0]));
+        assert_eq!(groups.of_sample.first(), Some(&0));
+        assert_eq!(groups.of_sample.last(), Some(&14));
+        assert_eq!(groups.samples_of(|group| group == 4).len(), 10);
+        assert!(!groups.single_angles());
+    }
+
+    #[test]
+    fn the_horizon_is_in_the_last_range() {
+        let groups = ranges(&[0.0, 90.0, 5.0]);
+        assert_eq!(groups.theta_i_deg, [[0.0, 5.0], [85.0, 90.0]]);
+        assert_eq!(groups.of_sample, [0, 1, 0]);
+    }
+}
