@@ -8,6 +8,10 @@
 //! normal equations, which would halve the digits. Bounds are an active set on the linear model: parameters
 //! that would leave are held at their bound, and let go once the model wants them back.
 //!
+//! Where the residuals stay large and are curved, undamped steps converge slowly: each is a fixed share of
+//! the last along several directions at once. The last few of them tell those shares, and the point where
+//! they would end (Anderson 1965; Walker and Ni 2011, doi:10.1137/10078356X) is tried first.
+//!
 //! Near a minimum the cost is flat: a change of the parameters by the square root of the rounding error
 //! changes it by no more than rounding, and a search that judges steps by the cost stops there, with half
 //! of the digits. The gradient is not flat. So once the search has ended, undamped steps go on as long as
@@ -157,6 +161,8 @@ pub struct LevenbergMarquardt {
     /// Why the search ended.
     termination: Option<Termination>,
     phase: Phase,
+    /// The last points that an undamped step was solved at, and that step.
+    history: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
 /// What the next iteration does.
@@ -174,6 +180,8 @@ struct Refinement {
     scale: DVector<f64>,
     /// The next step.
     step: DVector<f64>,
+    /// The step to where the sequence would end, tried first.
+    far: Option<DVector<f64>>,
     /// Its length in units of `scale`; what must shrink.
     length: f64,
     /// How many more may follow.
@@ -199,6 +207,15 @@ const GOOD_GAIN: f64 = 0.75;
 const FAR_BETTER: f64 = 1.4;
 /// The furthest that such a step is stretched.
 const LONGEST_STRETCH: f64 = 100.0;
+/// So many past steps are kept to see where the sequence ends; more are rarely of use.
+const MEMORY: usize = 3;
+/// Steps that shrink faster than this need no help.
+const FAST_SHRINKING: f64 = 0.1;
+/// Only where a step promises less than this share of the cost do large residuals stay.
+const LARGE_RESIDUAL_PROMISE: f64 = 0.1;
+/// The least gain at the end of a sequence of steps that converges, in promises of its next step: with the
+/// curvature 1 + s of the cost along it, in units of the model's, |s| < 1, the gain is 1/(1 + s).
+const GAIN_AT_THE_END: f64 = 0.5;
 /// Below this damping makes no difference, but keeps a rank-deficient model solvable.
 const LAMBDA_FLOOR: f64 = 1e-16;
 
@@ -218,6 +235,7 @@ impl LevenbergMarquardt {
             current: None,
             termination: None,
             phase: Phase::Search,
+            history: Vec::new(),
         }
     }
 
@@ -290,6 +308,21 @@ impl LevenbergMarquardt {
         let step_is_small = step_length <= self.tolerances.step * (length + self.tolerances.step);
         let promise_is_small = promise <= (self.tolerances.cost * model.cost).max(self.cost_floor);
 
+        if self.lambda > 0.0 {
+            self.history.clear();
+        } else if let Some(q) = self.extrapolation(x, &p, &scale)
+            && !step_is_small
+            && !promise_is_small
+            && promise < LARGE_RESIDUAL_PROMISE * model.cost
+            && q.component_mul(&scale).norm() <= radius
+        {
+            let end = self.within_bounds(x + &q);
+            let reached = evaluate(&end)?;
+            if reached.is_finite() && model.cost - reached.cost >= GAIN_AT_THE_END * promise {
+                return Ok(Some((end, reached)));
+            }
+        }
+
         let trial = self.within_bounds(x + &p);
         let next = evaluate(&trial)?;
         let gain = model.cost - next.cost;
@@ -343,6 +376,42 @@ impl LevenbergMarquardt {
         Ok(Some((trial, next)))
     }
 
+    /// Remembers the undamped `step` at `x`. Returns the step to where the sequence of such steps would end,
+    /// if they shrink slowly.
+    ///
+    /// With the steps f_i at the points x_i, that is x_k + f_k - sum_i w_i (x_k + f_k - x_i - f_i) for the
+    /// weights that make |D (f_k - sum_i w_i (f_k - f_i))| least.
+    fn extrapolation(
+        &mut self,
+        x: &DVector<f64>,
+        step: &DVector<f64>,
+        scale: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
+        // A refused step leaves the point where it is.
+        self.history.retain(|(point, _)| point != x);
+        let length = |p: &DVector<f64>| p.component_mul(scale).norm();
+        let slow = self.history.last().is_some_and(|(_, last)| {
+            let share = length(step) / length(last);
+            (FAST_SHRINKING..1.0).contains(&share)
+        });
+        let past = self.history.clone();
+        self.history.push((x.clone(), step.clone()));
+        if self.history.len() > MEMORY {
+            self.history.remove(0);
+        }
+        if !slow {
+            return None;
+        }
+        let differences: Vec<_> = past.iter().map(|(_, f)| (step - f).component_mul(scale)).collect();
+        let moves: Vec<_> = past.iter().map(|(point, f)| x + step - point - f).collect();
+        let weights = DMatrix::from_columns(&differences)
+            .svd(true, true)
+            .solve(&step.component_mul(scale), f64::EPSILON.sqrt())
+            .ok()?;
+        let end = step - DMatrix::from_columns(&moves) * weights;
+        end.iter().all(|v| v.is_finite()).then_some(end)
+    }
+
     /// The step to the minimum of the model within `radius`, which is the `undamped` one if that is short
     /// enough; keeps its damping for the next call.
     fn step_within(
@@ -391,7 +460,7 @@ impl LevenbergMarquardt {
 
     /// The undamped steps that may follow the search when it ends at `x`; none if they are not wanted, or if
     /// there is nothing to gain.
-    fn refinement(&self, x: &DVector<f64>, model: &Linearisation) -> Option<Refinement> {
+    fn refinement(&mut self, x: &DVector<f64>, model: &Linearisation) -> Option<Refinement> {
         if self.tolerances.refinements == 0 || model.cost <= self.cost_floor {
             return None;
         }
@@ -400,7 +469,8 @@ impl LevenbergMarquardt {
         let step = bounded_step(model, &scale, 0.0, &self.room(x));
         let length = step.component_mul(&scale).norm();
         let worthwhile = length > self.tolerances.step * x.component_mul(&scale).norm();
-        worthwhile.then_some(Refinement { scale, step, length, left: self.tolerances.refinements })
+        let far = self.extrapolation(x, &step, &scale);
+        worthwhile.then_some(Refinement { scale, step, far, length, left: self.tolerances.refinements })
     }
 
     /// Keeps the `trial` that an undamped step has led to from a point of this `cost`, and whose linear model
@@ -418,7 +488,7 @@ impl LevenbergMarquardt {
         }
         let step = bounded_step(&next, &scale, 0.0, &self.room(&trial));
         let shorter = step.component_mul(&scale).norm();
-        if !(shorter < length) {
+        if shorter.is_nan() || shorter >= length {
             return None;
         }
         let arrived = shorter <= self.tolerances.step * trial.component_mul(&scale).norm();
@@ -428,7 +498,8 @@ impl LevenbergMarquardt {
         self.phase = if arrived || left <= 1 {
             Phase::Over
         } else {
-            Phase::Refinement(Refinement { scale, step, length: shorter, left: left - 1 })
+            let far = self.extrapolation(&trial, &step, &scale);
+            Phase::Refinement(Refinement { scale, step, far, length: shorter, left: left - 1 })
         };
         Some((trial, next))
     }
@@ -489,10 +560,16 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         let Some((x, model)) = self.current.take() else { return Ok((state, None)) };
         let mut evaluate = |trial: &DVector<f64>| problem.problem(EVALUATIONS, |p| Ok(p.linearise(trial)));
         let next = match std::mem::replace(&mut self.phase, Phase::Over) {
-            Phase::Refinement(refinement) => {
-                let trial = self.within_bounds(&x + &refinement.step);
+            Phase::Refinement(mut refinement) => {
+                let far = refinement.far.take();
+                let trial = self.within_bounds(&x + far.as_ref().unwrap_or(&refinement.step));
                 let next = evaluate(&trial)?;
-                self.settle(refinement, trial, next, model.cost)
+                let plain = far.filter(|_| refinement.left > 1).map(|_| refinement.clone());
+                let taken = self.settle(refinement, trial, next, model.cost);
+                if let (None, Some(plain)) = (&taken, plain) {
+                    self.phase = Phase::Refinement(Refinement { left: plain.left - 1, ..plain });
+                }
+                taken
             }
             Phase::Search | Phase::Over => {
                 self.phase = Phase::Search;
@@ -522,7 +599,8 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         }
         let at_rest =
             self.termination.is_some_and(|reason| reason.converged() || reason == Termination::Stalled);
-        self.phase = match (previous, &self.current) {
+        let current = self.current.take();
+        self.phase = match (previous, &current) {
             (Phase::Search, _) if self.termination.is_none() => Phase::Search,
             (Phase::Search, Some((x, model))) if at_rest && ended.is_none() => {
                 self.refinement(x, model).map_or(Phase::Over, Phase::Refinement)
@@ -530,6 +608,7 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
             (Phase::Refinement(refinement), _) if ended.is_none() => Phase::Refinement(refinement),
             _ => Phase::Over,
         };
+        self.current = current;
         if let Phase::Refinement(_) = self.phase {
             return TerminationStatus::NotTerminated;
         }
@@ -734,9 +813,9 @@ pub fn minimise<P: LeastSquares>(
     if bounds.len() != start.len() {
         return Err(Error::Usage(format!("{} bounds for {} parameters", bounds.len(), start.len())));
     }
-    // Not `lower > upper`: a bound that is NaN is none either.
-    if let Some((lower, upper)) = bounds.iter().find(|(lower, upper)| !(lower <= upper)) {
-        return Err(Error::Usage(format!("a lower bound of {lower} above its upper bound of {upper}")));
+    let senseless = |(lower, upper): &&(f64, f64)| lower.is_nan() || upper.is_nan() || lower > upper;
+    if let Some((lower, upper)) = bounds.iter().find(senseless) {
+        return Err(Error::Usage(format!("a lower bound of {lower} with an upper bound of {upper}")));
     }
     let observer = limits.observer.clone();
     let solver = LevenbergMarquardt::new(bounds, tolerances, limits);
@@ -866,6 +945,34 @@ mod tests {
         let limited = solve_single(two_exponentials, 3.0, two, Limits::iterations(search.iterations));
         assert_eq!(limited.iterations, search.iterations);
         assert_eq!(limited.termination, search.termination);
+    }
+
+    /// Residuals u, v, 10 - 0.9 u^2/20 and 10 - 0.6 v^2/20 of u = x + y - 3 and v = x - y - 1: the curvature
+    /// of the last two cancels 0.9 and 0.6 of J^T J, and so much of u and v survives an undamped step.
+    struct TwoSlowDirections;
+
+    impl LeastSquares for TwoSlowDirections {
+        fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+            let (u, v) = (x[0] + x[1] - 3.0, x[0] - x[1] - 1.0);
+            let residual = DVector::from_vec(vec![u, v, 10.0 - 0.045 * u * u, 10.0 - 0.03 * v * v]);
+            let (du, dv) = (-0.09 * u, -0.06 * v);
+            let jacobian = DMatrix::from_row_slice(4, 2, &[1.0, 1.0, 1.0, -1.0, du, du, dv, -dv]);
+            Linearisation::dense(jacobian, residual)
+        }
+        fn bounds(&self) -> Vec<(f64, f64)> {
+            vec![(f64::NEG_INFINITY, f64::INFINITY); 2]
+        }
+    }
+
+    #[test]
+    fn large_curved_residuals_do_not_slow_it_down() {
+        let start = DVector::from_vec(vec![2.8, 1.5]);
+        let found = minimise(&TwoSlowDirections, start, Tolerances::default(), Limits::default()).unwrap();
+        assert!(found.termination.converged(), "{:?}", found.termination);
+        assert_relative_eq!(found.x[0], 2.0, max_relative = 1e-11);
+        assert_relative_eq!(found.x[1], 1.0, max_relative = 1e-11);
+        // 0.9^n falls below 1e-11 after 240 steps.
+        assert!(found.evaluations < 30, "{}", found.evaluations);
     }
 
     #[test]
