@@ -19,16 +19,15 @@ fn measured(options: &str) -> Folder {
     folder
 }
 
-/// `clean.csv` with a share of its values multiplied by `factor`, as `spoiled.csv`.
-fn spoil(folder: &Folder, share: f64, factor: f64, seed: u64) {
+/// `clean.csv` with one in so many values multiplied by `factor`, as `spoiled.csv`.
+fn spoil(folder: &Folder, one_in: usize, factor: f64, seed: u64) {
     let text = folder.read("clean.csv");
     let (head, rows): (Vec<&str>, Vec<&str>) =
         text.lines().partition(|line| line.starts_with('#') || line.starts_with("theta"));
     let names: Vec<&str> = head.last().unwrap().split(',').collect();
     let column = names.iter().position(|name| *name == "f").unwrap();
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let count = (share * rows.len() as f64).round() as usize;
-    let chosen: Vec<usize> = sample(&mut rng, rows.len(), count).into_vec();
+    let chosen: Vec<usize> = sample(&mut rng, rows.len(), rows.len() / one_in).into_vec();
     let mut spoiled: Vec<String> = head.iter().map(|line| (*line).to_owned()).collect();
     for (index, row) in rows.iter().enumerate() {
         let mut fields: Vec<String> = row.split(',').map(str::to_owned).collect();
@@ -78,7 +77,7 @@ fn cauchy_recovers_the_roughness_from_spoiled_data() {
     for (roughness, noise) in [(0.02, 0.0), (0.02, 0.01), (0.1, 0.01), (0.5, 0.0), (0.5, 0.01)] {
         let set = format!("--set kd=0.3 f0=0.05 m={roughness} --noise {noise} --seed 7");
         let folder = measured(&format!("-m {ONE_LOBE} --directions 1000 {set}"));
-        spoil(&folder, 0.01, 100.0, 3);
+        spoil(&folder, 100, 100.0, 3);
         for metric in ["cbrt", "log", "l2"] {
             let fit = format!("fit spoiled.csv -m {ONE_LOBE} --metric {metric} --json");
             let error = |options: &str| {
@@ -101,7 +100,7 @@ fn cauchy_recovers_the_roughness_from_spoiled_data() {
 fn the_scale_of_the_loss_is_in_units_of_the_residual() {
     let folder =
         measured(&format!("-m {ONE_LOBE} --directions 2000 --noise 0.02 --noise-abs 0.001 --seed 1"));
-    spoil(&folder, 0.01, 100.0, 4);
+    spoil(&folder, 100, 100.0, 4);
     // With given standard deviations the residuals' unit is one of them, so auto must find 1; the median
     // absolute deviation of 2000 residuals is good to about 2.6 %.
     for metric in ["l2", "cbrt"] {
@@ -319,7 +318,7 @@ fn one_reflectance_for_both_lobes_by_a_tie() {
 #[test]
 fn doubtful_fits_are_the_same_bytes_at_any_number_of_threads() {
     let folder = measured(&format!("-m {ONE_LOBE} --directions 3000 --noise 0.05 --seed 9"));
-    spoil(&folder, 0.01, 100.0, 5);
+    spoil(&folder, 100, 100.0, 5);
     let two = "'lambert + cook-torrance + cook-torrance'";
     for options in [
         format!("-m {ONE_LOBE} --loss cauchy"),

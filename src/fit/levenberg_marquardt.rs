@@ -186,6 +186,9 @@ struct Refinement {
     length: f64,
     /// How many more may follow.
     left: u32,
+    /// Whether the search met no test before: then it goes on if these steps do not shrink to a length that
+    /// meets one, however many of them that takes.
+    open: bool,
 }
 
 /// The state that argmin keeps for the solver.
@@ -344,7 +347,12 @@ impl LevenbergMarquardt {
                 let reason = self.termination;
                 self.termination = reason.or(Some(Termination::Stalled));
                 if let Some(refinement) = self.refinement(x, model)
-                    && let Some(taken) = self.settle(refinement, trial, next, model.cost)
+                    && let Some(taken) = self.settle(
+                        Refinement { open: reason.is_none(), ..refinement },
+                        trial,
+                        next,
+                        model.cost,
+                    )
                 {
                     return Ok(Some(taken));
                 }
@@ -470,14 +478,21 @@ impl LevenbergMarquardt {
         let length = step.component_mul(&scale).norm();
         let worthwhile = length > self.tolerances.step * x.component_mul(&scale).norm();
         let far = self.extrapolation(x, &step, &scale);
-        worthwhile.then_some(Refinement { scale, step, far, length, left: self.tolerances.refinements })
+        worthwhile.then_some(Refinement {
+            scale,
+            step,
+            far,
+            length,
+            left: self.tolerances.refinements,
+            open: false,
+        })
     }
 
     /// Keeps the `trial` that an undamped step has led to from a point of this `cost`, and whose linear model
     /// is `next`, if the step after it is shorter; prepares that one.
     fn settle(
         &mut self,
-        Refinement { scale, length, left, .. }: Refinement,
+        Refinement { scale, length, left, open, .. }: Refinement,
         trial: DVector<f64>,
         next: Linearisation,
         cost: f64,
@@ -495,11 +510,12 @@ impl LevenbergMarquardt {
         if arrived && self.termination == Some(Termination::Stalled) {
             self.termination = Some(Termination::ConvergedStep);
         }
-        self.phase = if arrived || left <= 1 {
+        let left = if open { left } else { left.saturating_sub(1) };
+        self.phase = if arrived || left == 0 {
             Phase::Over
         } else {
             let far = self.extrapolation(&trial, &step, &scale);
-            Phase::Refinement(Refinement { scale, step, far, length: shorter, left: left - 1 })
+            Phase::Refinement(Refinement { scale, step, far, length: shorter, left, open })
         };
         Some((trial, next))
     }
@@ -564,10 +580,21 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
                 let far = refinement.far.take();
                 let trial = self.within_bounds(&x + far.as_ref().unwrap_or(&refinement.step));
                 let next = evaluate(&trial)?;
-                let plain = far.filter(|_| refinement.left > 1).map(|_| refinement.clone());
+                let (open, length) = (refinement.open, refinement.length);
+                let plain = far.filter(|_| open || refinement.left > 1).map(|_| refinement.clone());
                 let taken = self.settle(refinement, trial, next, model.cost);
-                if let (None, Some(plain)) = (&taken, plain) {
-                    self.phase = Phase::Refinement(Refinement { left: plain.left - 1, ..plain });
+                match (&taken, plain) {
+                    (None, Some(plain)) => {
+                        let left = if open { plain.left } else { plain.left.saturating_sub(1) };
+                        self.phase = Phase::Refinement(Refinement { left, ..plain });
+                    }
+                    // Nothing has been found out yet: back to steps that the cost decides about.
+                    (None, None) if open => {
+                        self.phase = Phase::Search;
+                        self.termination = None;
+                        self.radius = Some(0.5 * length);
+                    }
+                    _ => {}
                 }
                 taken
             }
