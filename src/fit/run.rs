@@ -4,7 +4,7 @@ use super::bootstrap::{self, Resampled, Uncertainty};
 use super::coarse::{Candidate, Profile, scan};
 use super::errors::{ErrorTable, score};
 use super::hold_out::{self, HeldOut};
-use super::least_squares::LeastSquares;
+use super::least_squares::{LeastSquares, Linearisation};
 use super::levenberg_marquardt::{Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise};
 use super::loss::{LossKind, Objective};
 use super::metric::Metric;
@@ -172,6 +172,8 @@ const RACE_ITERATIONS: u64 = 15;
 const SCALE_ROUNDS: usize = 4;
 /// The share of the measured values that the search takes seriously under a loss: outliers are fewer.
 const BULK_OF_DATA: f64 = 0.95;
+/// A loss that leaves a parameter less of its information than this treats what decides it as outliers.
+const LEAST_INFORMATION: f64 = 0.1;
 /// The smallest scale of a loss, relative to the data.
 const SMALLEST_SCALE: f64 = 1e-6;
 /// A parameter that would lower the cost by this share when freed is worth a warning.
@@ -473,6 +475,17 @@ impl Task<'_> {
         any
     }
 
+    /// The rows that a loss leaves little of what the samples know about them.
+    fn discarded(&self, table: &ParameterTable, solution: &Solution) -> Vec<usize> {
+        let plain = self.problem(self.samples, table.clone(), self.options.metric.into());
+        let lengths = |model: &Linearisation| model.column_lengths(solution.x.len());
+        let (kept, all) = (lengths(&solution.linearisation), lengths(&plain.linearise(&solution.x)));
+        let lost = |((row, kept), all): ((&usize, &f64), &f64)| {
+            (kept * kept < LEAST_INFORMATION * all * all).then_some(*row)
+        };
+        table.free().iter().zip(kept.iter()).zip(all.iter()).filter_map(lost).collect()
+    }
+
     /// Everything that follows from the parameters found.
     fn judge(
         &self,
@@ -494,7 +507,10 @@ impl Task<'_> {
         let absolute = samples.weighting == Weighting::Sigma && !robust;
         let typical = (solution.cost / freedom).sqrt();
         let scatter = (!absolute).then_some(|root: &_| problem.scatter(&solution.x, root, typical));
-        let covariance = Covariance::new(&table, &solution.linearisation.matrix(free), scatter, freedom);
+        let mut covariance = Covariance::new(&table, &solution.linearisation.matrix(free), scatter, freedom);
+        if robust && let Some(covariance) = &mut covariance {
+            covariance.discard(self.discarded(&table, &solution));
+        }
         // Without a covariance by the formula nothing says which parameters are determined.
         let resampled = resampled.filter(|_| covariance.is_some());
         let covariance = match &resampled {
@@ -532,6 +548,7 @@ impl Task<'_> {
         warnings.extend(warnings::at_bounds(&fit));
         warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
         warnings.extend(warnings::ties(&fit));
+        warnings.extend(warnings::discarded(&fit));
         if fit.unusable.is_none() {
             warnings.extend(self.worth_freeing(&fit.table, found.objective)?);
         }

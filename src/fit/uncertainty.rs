@@ -13,7 +13,7 @@
 //! Both assume independent errors from sample to sample. Neighbouring cells of a measured table are not
 //! independent: read the errors as lower limits there.
 
-use super::parameters::ParameterTable;
+use super::parameters::{ParameterTable, Row};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -53,10 +53,15 @@ pub struct Covariance {
     pub undetermined: Vec<usize>,
     /// Ratio of the largest to the smallest singular value of J with columns of unit length.
     pub condition: f64,
+    /// Rows whose error would be far larger if some parameter at a bound could move: none is given.
+    pub dependent: Vec<usize>,
+    /// Rows whose samples a loss discards: no standard error means anything for them either.
+    pub discarded: Vec<usize>,
     /// Rows that take part in the combination of parameters that is known worst.
     pub weakest: Vec<usize>,
     /// Factor between a standard error and half a 95 % interval.
     pub quantile: f64,
+    pub(super) unbounded: Unbounded,
 }
 
 /// Far more than the decomposition of a finite matrix takes.
@@ -67,6 +72,10 @@ const RANK_TOLERANCE: f64 = 1e-11;
 
 /// A parameter with so large a part in a direction of unit length belongs to the combination.
 const IN_COMBINATION: f64 = 0.3;
+/// The same for a direction that is not determined.
+const IN_NULL_DIRECTION: f64 = 0.05;
+/// A variance that holding others at their bounds makes so many times smaller says little.
+const INFLATION: f64 = 5.0;
 
 /// Half of a 95 % interval in standard errors: the 0.975 quantile of Student's t.
 fn half_interval(dof: f64) -> f64 {
@@ -90,6 +99,125 @@ pub(super) fn left_out(r: f64, h: f64, typical: f64) -> f64 {
     if rest > LEAST { r / rest } else { (r.abs() / LEAST).max(typical / LEAST.sqrt()) }
 }
 
+/// The linear model in some of the parameters, its columns scaled to unit length, taken apart.
+struct Decomposed {
+    /// Columns of the Jacobian.
+    columns: Vec<usize>,
+    /// Rows of the parameter table.
+    rows: Vec<usize>,
+    /// Lengths of the columns.
+    lengths: DVector<f64>,
+    /// V S^-1 over the determined directions, so that its product with its transpose is H^-1.
+    half_inverse: DMatrix<f64>,
+    /// Unit vectors along the directions that are not determined.
+    null: Vec<DVector<f64>>,
+    /// Rows that take part in those.
+    undetermined: Vec<usize>,
+    /// Rows that take part in the direction known worst.
+    weakest: Vec<usize>,
+    condition: f64,
+}
+
+impl Decomposed {
+    /// Of `selected` columns of the Jacobian, each with its row of the parameter table.
+    fn new(jacobian: &DMatrix<f64>, selected: &[(usize, usize)]) -> Option<Self> {
+        let columns: Vec<usize> = selected.iter().map(|(column, _)| *column).collect();
+        let rows: Vec<usize> = selected.iter().map(|(_, row)| *row).collect();
+        let length = |column: &usize| match jacobian.column(*column).norm() {
+            length if length > 0.0 => length,
+            _ => 1.0,
+        };
+        let lengths = DVector::from_iterator(columns.len(), columns.iter().map(length));
+        let design = select_scaled(jacobian, &columns, &lengths);
+        // Values close to the largest double overflow on the way; there is no covariance to be had then.
+        if !is_finite(&design) {
+            return None;
+        }
+        let svd = design.try_svd(false, true, f64::EPSILON, SVD_ITERATIONS)?;
+        let v_t = svd.v_t?;
+        let largest = svd.singular_values.max();
+        let smallest = if jacobian.nrows() < columns.len() { 0.0 } else { svd.singular_values.min() };
+        let mut half_inverse = v_t.transpose();
+        let mut null = Vec::new();
+        for (k, s) in svd.singular_values.iter().enumerate() {
+            if *s > RANK_TOLERANCE * largest {
+                half_inverse.column_mut(k).scale_mut(1.0 / s);
+            } else {
+                null.push(half_inverse.column(k).into_owned());
+                half_inverse.column_mut(k).fill(0.0);
+            }
+        }
+        let involved = |direction: &DVector<f64>, least: f64| -> Vec<usize> {
+            let entries = direction.iter().zip(&rows).filter(|(entry, _)| entry.abs() > least);
+            entries.map(|(_, row)| *row).collect()
+        };
+        let mut undetermined: Vec<usize> = Vec::new();
+        for row in null.iter().flat_map(|direction| involved(direction, IN_NULL_DIRECTION)) {
+            if !undetermined.contains(&row) {
+                undetermined.push(row);
+            }
+        }
+        let direction = v_t.row(svd.singular_values.imin()).transpose();
+        let weakest = involved(&direction, IN_COMBINATION);
+        let condition = largest / smallest;
+        Some(Self { columns, rows, lengths, half_inverse, null, undetermined, weakest, condition })
+    }
+
+    /// A root of H^-1 with a row for each of `n` free parameters; what is held has no part in it.
+    fn root(&self, n: usize) -> DMatrix<f64> {
+        let mut root = DMatrix::zeros(n, self.half_inverse.ncols());
+        let rows = self.columns.iter().zip(self.lengths.iter()).zip(self.half_inverse.row_iter());
+        for ((column, length), row) in rows {
+            root.row_mut(*column).copy_from(&(row / *length));
+        }
+        root
+    }
+
+    /// The parameters' own units per unit of their scaled coordinates.
+    fn units(&self, table: &ParameterTable) -> DVector<f64> {
+        let unit = |(row, length): (&usize, &f64)| table.rows().get(*row).map_or(0.0, Row::stretch) / length;
+        DVector::from_iterator(self.rows.len(), self.rows.iter().zip(self.lengths.iter()).map(unit))
+    }
+
+    /// H^-1, or the sandwich around `scatter`, in the parameters' own units.
+    fn covariance(&self, table: &ParameterTable, scatter: Option<&DMatrix<f64>>) -> DMatrix<f64> {
+        let inverse = &self.half_inverse * self.half_inverse.transpose();
+        let mut matrix = match scatter {
+            None => inverse,
+            Some(scatter) => {
+                let spread = select_scaled(scatter, &self.columns, &self.lengths) * inverse;
+                spread.tr_mul(&spread)
+            }
+        };
+        let units = self.units(table);
+        matrix.component_mul_assign(&(&units * units.transpose()));
+        matrix
+    }
+}
+
+fn select_scaled(matrix: &DMatrix<f64>, columns: &[usize], lengths: &DVector<f64>) -> DMatrix<f64> {
+    let mut selected = matrix.select_columns(columns);
+    for (mut column, length) in selected.column_iter_mut().zip(lengths.iter()) {
+        column /= *length;
+    }
+    selected
+}
+
+fn is_finite(matrix: &DMatrix<f64>) -> bool {
+    matrix.iter().all(|v| v.is_finite())
+}
+
+/// The covariance of all free parameters, those at a bound too, as if there were no bounds.
+#[derive(Clone, Debug)]
+pub(super) struct Unbounded {
+    rows: Vec<usize>,
+    matrix: DMatrix<f64>,
+    /// Own units per unit of the coordinates that `null` is in.
+    units: DVector<f64>,
+    /// Directions that are not determined.
+    null: Vec<DVector<f64>>,
+}
+
 impl Covariance {
     /// The covariance from the Jacobian and, for the sandwich, the scatter rows; both have one column per
     /// free parameter of `table`. `scatter` makes the latter from a root of H^-1 with a row per parameter.
@@ -100,95 +228,66 @@ impl Covariance {
         scatter: Option<impl FnOnce(&DMatrix<f64>) -> DMatrix<f64>>,
         dof: f64,
     ) -> Option<Self> {
-        let inside: Vec<(usize, usize)> = table
-            .free()
-            .iter()
-            .copied()
-            .enumerate()
-            .filter(|(_, row)| table.rows().get(*row).is_some_and(|r| !r.at_lower() && !r.at_upper()))
-            .collect();
+        let all: Vec<(usize, usize)> = table.free().iter().copied().enumerate().collect();
+        let at_bound = |row: usize| table.rows().get(row).is_some_and(|r| r.at_lower() || r.at_upper());
+        let inside: Vec<(usize, usize)> = all.iter().copied().filter(|(_, row)| !at_bound(*row)).collect();
         if inside.is_empty() || dof <= 0.0 {
             return None;
         }
-        let columns: Vec<usize> = inside.iter().map(|(column, _)| *column).collect();
-        let rows: Vec<usize> = inside.iter().map(|(_, row)| *row).collect();
-        let lengths = DVector::from_iterator(
-            columns.len(),
-            columns.iter().map(|c| match jacobian.column(*c).norm() {
-                length if length > 0.0 => length,
-                _ => 1.0,
-            }),
-        );
-        let scaled = |matrix: &DMatrix<f64>| {
-            let mut selected = matrix.select_columns(&columns);
-            for (mut column, length) in selected.column_iter_mut().zip(lengths.iter()) {
-                column /= *length;
-            }
-            selected
-        };
-        // Values close to the largest double overflow on the way; there is no covariance to be had then.
-        let finite = |matrix: &DMatrix<f64>| matrix.iter().all(|v| v.is_finite());
-        let design = scaled(jacobian);
-        if !finite(&design) {
+        let bounded = inside.len() < all.len();
+        let inside = Decomposed::new(jacobian, &inside)?;
+        let method = if scatter.is_some() { Method::Sandwich } else { Method::Absolute };
+        let scatter = scatter.map(|scatter| scatter(&inside.root(jacobian.ncols())));
+        if !scatter.as_ref().is_none_or(is_finite) {
             return None;
         }
-        let svd = design.try_svd(false, true, f64::EPSILON, SVD_ITERATIONS)?;
-        let v_t = svd.v_t?;
-        let largest = svd.singular_values.max();
-        let smallest = if jacobian.nrows() < columns.len() { 0.0 } else { svd.singular_values.min() };
-        // V S^-1 over the determined directions; the others mark the parameters that they involve.
-        let mut half_inverse = v_t.transpose();
-        let mut undetermined = Vec::new();
-        for (k, s) in svd.singular_values.iter().enumerate() {
-            if *s > RANK_TOLERANCE * largest {
-                half_inverse.column_mut(k).scale_mut(1.0 / s);
-                continue;
-            }
-            for (entry, row) in half_inverse.column(k).iter().zip(&rows) {
-                if entry.abs() > 0.05 && !undetermined.contains(row) {
-                    undetermined.push(*row);
-                }
-            }
-            half_inverse.column_mut(k).fill(0.0);
-        }
-        let direction = v_t.row(svd.singular_values.imin());
-        let in_combination = direction.iter().zip(&rows).filter(|(entry, _)| entry.abs() > IN_COMBINATION);
-        let weakest = in_combination.map(|(_, row)| *row).collect();
-        let inverse = &half_inverse * half_inverse.transpose();
-        let (method, mut matrix) = match scatter {
-            None => (Method::Absolute, inverse),
-            Some(scatter) => {
-                // The inverse's root in the units of the Jacobian; what is held has no part in it.
-                let mut root = DMatrix::zeros(jacobian.ncols(), half_inverse.ncols());
-                for ((column, length), row) in columns.iter().zip(lengths.iter()).zip(half_inverse.row_iter())
-                {
-                    root.row_mut(*column).copy_from(&(row / *length));
-                }
-                let scatter = scatter(&root);
-                if !finite(&scatter) {
-                    return None;
-                }
-                let spread = scaled(&scatter) * &inverse;
-                (Method::Sandwich, spread.tr_mul(&spread))
-            }
+        let matrix = inside.covariance(table, scatter.as_ref());
+        let all = if bounded { Decomposed::new(jacobian, &all) } else { None };
+        let free = all.as_ref().unwrap_or(&inside);
+        let unbounded = Unbounded {
+            rows: free.rows.clone(),
+            matrix: free.covariance(table, scatter.as_ref()),
+            units: free.units(table),
+            null: free.null.clone(),
         };
-        let units: Vec<f64> = rows
-            .iter()
-            .zip(lengths.iter())
-            .map(|(row, length)| table.rows().get(*row).map_or(0.0, super::parameters::Row::stretch) / length)
-            .collect();
-        let units = DVector::from_vec(units);
-        matrix.component_mul_assign(&(&units * units.transpose()));
+        // Errors that would be far larger if what is at a bound could move.
+        let depends = |(i, row): (usize, &usize)| {
+            let j = free.rows.iter().position(|r| r == row);
+            let variance = j.and_then(|j| unbounded.matrix.get((j, j)));
+            let larger =
+                matrix.get((i, i)).zip(variance).is_some_and(|(held, free)| *free > INFLATION * held);
+            let lost = free.undetermined.contains(row) && !inside.undetermined.contains(row);
+            (larger || lost).then_some(*row)
+        };
+        let dependent = inside.rows.iter().enumerate().filter_map(depends).collect();
         // A given sigma leaves nothing to estimate: that is Student's distribution in the limit.
         let quantile = half_interval(if method == Method::Absolute { f64::INFINITY } else { dof });
-        Some(Self { method, rows, matrix, undetermined, condition: largest / smallest, weakest, quantile })
+        Some(Self {
+            method,
+            matrix,
+            dependent,
+            discarded: Vec::new(),
+            condition: inside.condition,
+            quantile,
+            unbounded,
+            rows: inside.rows,
+            undetermined: inside.undetermined,
+            weakest: inside.weakest,
+        })
+    }
+
+    /// Takes the errors of some rows back.
+    pub(super) fn discard(&mut self, rows: Vec<usize>) {
+        self.discarded = rows;
     }
 
     fn position(&self, row: usize) -> Option<usize> {
-        self.rows.iter().position(|r| *r == row).filter(|_| !self.undetermined.contains(&row))
+        let no_error = [&self.undetermined, &self.dependent, &self.discarded];
+        self.rows.iter().position(|r| *r == row).filter(|_| !no_error.iter().any(|rows| rows.contains(&row)))
     }
 
-    /// Standard error of the parameter in a row of the table; none at a bound, held or undetermined.
+    /// Standard error of the parameter in a row of the table; none at a bound, held, undetermined, dependent
+    /// or discarded.
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;
@@ -209,6 +308,28 @@ impl Covariance {
             return Some(1.0);
         }
         (scale > 0.0).then(|| self.between(a, b).map(|c| (c / scale).clamp(-1.0, 1.0))).flatten()
+    }
+
+    /// Standard error of a sum of parameters, each given by its row and its weight.
+    ///
+    /// The sum may be determined where its terms are not, and where one of them is at a bound, which is
+    /// left out of account. None if it is not determined itself, or none of the rows is free.
+    #[must_use]
+    pub fn combined_error(&self, terms: &[(usize, f64)]) -> Option<f64> {
+        let Unbounded { rows, matrix, units, null } = &self.unbounded;
+        if terms.iter().any(|(row, _)| self.discarded.contains(row)) {
+            return None;
+        }
+        let weight = |row: &usize| terms.iter().filter(|(r, _)| r == row).map(|(_, weight)| weight).sum();
+        let weights = DVector::from_iterator(rows.len(), rows.iter().map(weight));
+        let direction = weights.component_mul(units);
+        let length = direction.norm();
+        let lost = |unknown: &DVector<f64>| direction.dot(unknown).abs() > IN_NULL_DIRECTION * length;
+        if length == 0.0 || null.iter().any(lost) {
+            return None;
+        }
+        let variance = weights.dot(&(matrix * &weights));
+        Some(variance.max(0.0).sqrt()).filter(|error| error.is_finite() && *error > 0.0)
     }
 }
 

@@ -71,7 +71,24 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
             parameter: Some(name),
         }
     };
-    groups.into_iter().map(text).collect()
+    let mut warnings: Vec<Warning> = groups.into_iter().map(text).collect();
+    warnings.extend(dependent(fit));
+    warnings
+}
+
+/// Parameters whose error rests on others staying at their bounds.
+fn dependent(fit: &Fit) -> Option<Warning> {
+    let rows = &fit.covariance.as_ref()?.dependent;
+    let names: Vec<String> = rows.iter().map(|row| fit.table.name(*row)).collect();
+    Some(Warning {
+        kind: "at-bound",
+        parameter: Some(names.first()?.clone()),
+        text: format!(
+            "what is at a bound decides {}: its error there would mean nothing and is not given; rely on products under \
+             'derived', or --fix what is at the bound if it belongs there",
+            names.join(", ")
+        ),
+    })
 }
 
 /// Parameters that the data do not tell apart.
@@ -268,6 +285,21 @@ fn ill_conditioned(fit: &Fit) -> Option<Warning> {
         text: format!(
             "condition number {:.0e}: together {} are known far worse than the rest; --fix or --tie one of them",
             covariance.condition,
+            names.join(", ")
+        ),
+    })
+}
+
+/// Parameters whose samples the loss discards.
+pub(super) fn discarded(fit: &Fit) -> Option<Warning> {
+    let rows = &fit.covariance.as_ref()?.discarded;
+    let names: Vec<String> = rows.iter().map(|row| fit.table.name(*row)).collect();
+    Some(Warning {
+        kind: "loss-discards",
+        parameter: Some(names.first()?.clone()),
+        text: format!(
+            "the loss takes the samples that determine {} for outliers: compare with --metric cbrt or log, or raise \
+             --loss-scale; no error is given",
             names.join(", ")
         ),
     })

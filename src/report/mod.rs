@@ -582,17 +582,15 @@ fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
     }
     let (x, y) = (row_a.value, row_b.value);
     let (a, b) = (fit.table.source(a), fit.table.source(b));
-    let variance = fit.covariance.as_ref().and_then(|c| {
-        Some(y * y * c.between(a, a)? + x * x * c.between(b, b)? + 2.0 * x * y * c.between(a, b)?)
-    });
     let value = x * y;
-    // The variance to first order says whether both factors are determined; repeated fits give the
-    // product's own.
+    // A product of 0 is at its bound.
+    let covariance = fit.covariance.as_ref().filter(|_| value != 0.0);
+    let std_error = covariance.and_then(|c| c.combined_error(&[(a, y), (b, x)]));
+    // Repeated fits give the product's own, where the formula says that it is determined.
     if let Some(resampled) = &fit.resampled {
-        let (std_error, ci95) = variance.and_then(|_| resampled.product(a, b)).unzip();
+        let (std_error, ci95) = std_error.and_then(|_| resampled.product(a, b)).unzip();
         return Some(Estimate { value, std_error, ci95 });
     }
-    let std_error = variance.map(|v| v.max(0.0).sqrt());
     Some(Estimate { value, std_error, ci95: interval(fit, value, std_error) })
 }
 
