@@ -503,10 +503,11 @@ class Row:
         return {"case": asdict(self.case), "gain": self.gain, "options": self.case.options(), **self.detail}
 
 
-def compare_case(brdfit, cache, case, found):
+def compare_case(brdfit, cache, case, found, seed):
     subset = subset_path(cache, case.material)
     began = time.monotonic()
-    report = json.loads(xc.run_brdfit(brdfit, ["fit", str(subset), *case.options(), "--json", "-q"], codes=(0, 1)))
+    arguments = ["fit", str(subset), *case.options(), "--seed", str(seed), "--json", "-q"]
+    report = json.loads(xc.run_brdfit(brdfit, arguments, codes=(0, 1)))
     seconds = time.monotonic() - began
     problem = case.problem(xc.read_csv(subset))
     if report["data"]["used"] != SAMPLES:
@@ -527,6 +528,7 @@ def compare_case(brdfit, cache, case, found):
         "brdfit": {"cost": ours, "parameters": problem.named(p), "termination": report["termination"]},
         "brdfit_starts": report.get("starts"),
         "nlopt": found["best"],
+        "nlopt_starts_lower": sum(cost < ours * (1 - xc.COST_TOLERANCE) for cost in found["costs"]),
     }
     return row
 
@@ -660,6 +662,7 @@ def main():
     parser.add_argument("--brdfit", help="the brdfit binary; without it only NLopt's part is done and cached")
     parser.add_argument("--part", choices=PARTS, action="append", help="only this part; may be repeated")
     parser.add_argument("--only", default="", help="only the cases whose name contains this text")
+    parser.add_argument("--seed", type=int, default=0, help="brdfit's --seed on the 5000 samples")
     parser.add_argument("--starts", type=int, default=100, help="random starts per case")
     parser.add_argument("--jobs", type=int, default=2, help="cases searched at the same time")
     parser.add_argument("--cache", type=Path, default=ROOT / "target/global-optimum", help="folder of what is kept")
@@ -714,7 +717,7 @@ def main():
             if not options.brdfit:
                 print(f"{case.name} | {found['best']['cost']:.9e} | {found['seconds']:.0f} s", flush=True)
                 continue
-            row = attempt(lambda: compare_case(options.brdfit, options.cache, case, found), rows)
+            row = attempt(lambda: compare_case(options.brdfit, options.cache, case, found, options.seed), rows)
             if row and not row.ok:
                 findings.mkdir(parents=True, exist_ok=True)
                 (findings / f"{case.file_name}.json").write_text(json.dumps(row.finding(), indent=1) + "\n")
