@@ -18,8 +18,8 @@ How to run it (numpy and nlopt come from scripts/requirements.txt)
     python scripts/global_optimum.py --brdfit target/release/brdfit --part two --only chrome
     python scripts/global_optimum.py --brdfit target/release/brdfit --update-docs      writes docs/global-optimum.md
     python scripts/global_optimum.py --self-test            samples, gradients and the published scores; no brdfit
-    The first run takes most of an hour on two cores. Tables (35 MB each), samples and NLopt's results stay in
-    target/global-optimum, and do not depend on brdfit: another run against a newer binary takes two minutes.
+    The first run takes about half an hour on two cores. Tables (35 MB each), samples and NLopt's results stay in
+    target/global-optimum, and do not depend on brdfit: another run against a newer binary takes three minutes.
     The measurements are looked for in ../shared/data beside the checkout, or in $BRDFIT_SHARED_DATA.
 
 How to read a line
@@ -620,7 +620,7 @@ def self_test(shared):
 
 
 def markdown(tables, rows, label, seconds):
-    lines = [f"Version: {label}. NLopt took {seconds / 60:.0f} minutes of one core in all.", ""]
+    lines = [f"Version: {label}. NLopt's searches add up to {seconds / 60:.0f} minutes of wall-clock time.", ""]
     if tables:
         lines += ["### Full tables, l2", "", "| material | published | ks free | ks = 1 | fit s |", "|---|---|---|---|---|"]
         lines += [f"| {t.material} | {t.published:.5g} | {t.fitted:.5g} | {t.fixed:.5g} | {t.seconds:.1f} |" for t in tables]
