@@ -5,6 +5,7 @@
 //! 1973; for reflectance Yu, Seo and Lee 2011). The amplitudes are solved in the fit's own metric, on a
 //! few hundred samples.
 
+use super::absent::past_absent_lobes;
 use super::levenberg_marquardt::{Limits, Tolerances, minimise};
 use super::loss::Objective;
 use super::parameters::{ParameterTable, Status};
@@ -19,7 +20,7 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 /// Points of the scan: along one shape, along each of two, and in all over three or more.
-const POINTS: [usize; 3] = [24, 16, 300];
+const POINTS: [usize; 3] = [28, 18, 300];
 /// Of so many times as many points about one in two is left when lobes of one kind are put in order.
 const ORDERED: usize = 2;
 
@@ -216,7 +217,8 @@ fn solve_amplitudes(
     // A scan needs to tell basins apart, no more.
     let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };
     let limits = Limits { iterations: 12, observer: None, ..limits.clone() };
-    let solution = minimise(&problem, start, tolerances, limits)?;
+    let solution =
+        past_absent_lobes(&problem, start, |start| minimise(&problem, start, tolerances, limits.clone()))?;
     let mut solved = problem.table().clone();
     solved.set_coordinates(solution.x.as_slice());
     let mut table = table;

@@ -1,5 +1,6 @@
 //! Fitting: the least-squares problem, its solver, where it starts, and what can be trusted.
 
+mod absent;
 mod bootstrap;
 mod coarse;
 mod errors;

@@ -1,5 +1,6 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
+use super::absent::past_absent_lobes;
 use super::bootstrap::{self, Resampled, Uncertainty};
 use super::coarse::{Candidate, Profile, scan};
 use super::errors::{ErrorTable, score};
@@ -163,7 +164,7 @@ const POLISH_SAMPLES: usize = 6000;
 const CHECK_SAMPLES: usize = 1500;
 /// Points of the scan that are polished, and for how long.
 const POLISHED: usize = 5;
-const POLISH_ITERATIONS: u64 = 60;
+const POLISH_ITERATIONS: u64 = 150;
 /// Minima whose costs on part of the samples lie so close compete on all of them, at most so many.
 const CLOSE_RACE: f64 = 0.05;
 const RIVALS: usize = 3;
@@ -217,7 +218,9 @@ pub fn fit(
     let heard = Arc::clone(progress);
     let observer: Observer = Arc::new(move |iteration, cost| heard.iteration(iteration, cost));
     let limits = task.limits(options.iterations, Some(observer));
-    let mut solution = minimise_with(options.solver, &problem, start, FINAL, limits, options.seed)?;
+    let mut solution = past_absent_lobes(&problem, start, |start| {
+        minimise_with(options.solver, &problem, start, FINAL, limits.clone(), options.seed)
+    })?;
     let mut table = table;
     table.set_coordinates(solution.x.as_slice());
     let dropped = task.drop_negligible(&mut table);
@@ -448,7 +451,9 @@ impl Task<'_> {
         let problem = self.problem(samples, table, objective);
         let start = DVector::from_vec(problem.table().coordinates());
         let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
-        minimise(&problem, start, tolerances, self.limits(iterations, None))
+        past_absent_lobes(&problem, start, |start| {
+            minimise(&problem, start, tolerances, self.limits(iterations, None))
+        })
     }
 
     /// Sets amplitudes without any effect to their bound; returns whether there were any.

@@ -1,0 +1,91 @@
+//! A way out of minima that are none: lobes without strength.
+//!
+//! The strength of a lobe is a product, ks f0 in the middle and ks (1 - f0) towards grazing. Where ks = 0 and
+//! f0 = 0, neither of them alone lowers the cost if only the middle of the lobe would: ks would bring the rise
+//! towards grazing alone, f0 nothing. Both derivatives say that this is a minimum, and together they would
+//! go down.
+
+use super::least_squares::LeastSquares;
+use super::levenberg_marquardt::Solution;
+use super::parameters::{ParameterTable, Status};
+use super::problem::ReflectanceProblem;
+use crate::error::Error;
+use nalgebra::DVector;
+
+/// Every round brings back lobes that have been absent; more than so many are not seen.
+const ROUNDS: usize = 4;
+
+/// Minimises from `start`, and again where the other factor of an absent lobe's strength shows a way down.
+///
+/// # Errors
+/// Those of `minimise`.
+pub(super) fn past_absent_lobes(
+    problem: &ReflectanceProblem<'_>,
+    start: DVector<f64>,
+    mut minimise: impl FnMut(DVector<f64>) -> Result<Solution, Error>,
+) -> Result<Solution, Error> {
+    let mut solution = minimise(start)?;
+    for _ in 0..ROUNDS {
+        let Some(start) = way_down(problem, &solution).filter(|_| solution.termination.converged()) else {
+            break;
+        };
+        let next = minimise(start)?;
+        if next.cost.is_nan() || next.cost >= solution.cost {
+            break;
+        }
+        let (iterations, evaluations) = (solution.iterations, solution.evaluations);
+        solution = Solution {
+            iterations: iterations + next.iterations,
+            evaluations: evaluations + next.evaluations,
+            ..next
+        };
+    }
+    Ok(solution)
+}
+
+/// The same point with the second factor of absent products at its other end, if the first then lowers the cost.
+fn way_down(problem: &ReflectanceProblem<'_>, solution: &Solution) -> Option<DVector<f64>> {
+    let mut table = problem.table().clone();
+    table.set_coordinates(solution.x.as_slice());
+    let absent = absent_products(&table);
+    if absent.is_empty() {
+        return None;
+    }
+    let mut moved = table.clone();
+    for (_, second) in &absent {
+        let (lower, upper) = table.rows().get(*second)?.bounds;
+        moved.set_value(
+            *second,
+            if table.rows().get(*second)?.value < 0.5 * (lower + upper) { upper } else { lower },
+        );
+    }
+    let x = DVector::from_vec(moved.coordinates());
+    let slope = problem.linearise(&x).slope_at(&DVector::zeros(x.len()));
+    let place = |row: usize| table.free().binary_search(&row).ok();
+    let mut helps = false;
+    let mut start = table.clone();
+    for (first, second) in absent {
+        if place(first).and_then(|at| slope.get(at)).is_some_and(|slope| *slope < 0.0) {
+            start.set_value(second, moved.rows().get(second)?.value);
+            helps = true;
+        }
+    }
+    helps.then(|| DVector::from_vec(start.coordinates()))
+}
+
+/// The rows of products whose first factor is at a lower bound of 0, both factors free.
+fn absent_products(table: &ParameterTable) -> Vec<(usize, usize)> {
+    let is_free = |row: usize| table.rows().get(row).is_some_and(|row| row.status == Status::Free);
+    let mut absent = Vec::new();
+    for product in table.products() {
+        for channel in 0..table.channels().len() {
+            let place = |parameter: usize| table.place(product.lobe, parameter, channel);
+            let (Some(first), Some(second)) = (place(product.first), place(product.second)) else { continue };
+            let at_zero = table.rows().get(first).is_some_and(|row| row.at_lower() && row.bounds.0 == 0.0);
+            if at_zero && is_free(first) && is_free(second) && !absent.contains(&(first, second)) {
+                absent.push((first, second));
+            }
+        }
+    }
+    absent
+}
