@@ -84,9 +84,9 @@ fn dependent(fit: &Fit) -> Option<Warning> {
         kind: "at-bound",
         parameter: Some(names.first()?.clone()),
         text: format!(
-            "what is at a bound decides {}: its error there would mean nothing and is not given; rely on products under \
-             'derived', or --fix what is at the bound if it belongs there",
-            names.join(", ")
+            "its error{} would rest on what is at a bound, and is not given; rely on products under 'derived', or --fix \
+             what is at the bound if it belongs there",
+            and_that_of(&names)
         ),
     })
 }
@@ -102,6 +102,14 @@ pub(super) fn identifiability(fit: &Fit, samples: &Samples, profiles: &[Profile]
         warnings.extend(ill_conditioned(fit));
     }
     warnings
+}
+
+/// All names but the first, which a warning is about.
+fn and_that_of(names: &[String]) -> String {
+    match names {
+        [] | [_] => String::new(),
+        [_, others @ ..] => format!(" and that of {}", others.join(", ")),
+    }
 }
 
 fn undetermined(fit: &Fit) -> Option<Warning> {
@@ -298,9 +306,9 @@ pub(super) fn discarded(fit: &Fit) -> Option<Warning> {
         kind: "loss-discards",
         parameter: Some(names.first()?.clone()),
         text: format!(
-            "the loss takes the samples that determine {} for outliers: compare with --metric cbrt or log, or raise \
-             --loss-scale; no error is given",
-            names.join(", ")
+            "its error{} is not given, because the loss takes the samples that decide it for outliers: compare with \
+             --metric cbrt or log, or raise --loss-scale",
+            and_that_of(&names)
         ),
     })
 }
