@@ -14,8 +14,8 @@ Digits are those of the worst parameter, -log10 of its relative error, at most 1
 
 from __future__ import annotations
 
+import argparse
 import csv
-import sys
 import warnings
 from pathlib import Path
 
@@ -133,11 +133,14 @@ def solve(name: str, problem: dict, start: np.ndarray, method: str, options: dic
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description="scipy.optimize.least_squares on the NIST StRD problems.")
+    parser.add_argument("--write", action="store_true", help="also write tests/nist/scipy.csv")
+    parser.add_argument("--tight", action="store_true", help="all tolerances at 1e-15")
+    arguments = parser.parse_args()
     # Overflow on the way is the solvers' business, not the reader's.
     warnings.simplefilter("ignore")
     np.seterr(all="ignore")
-    tight = "--tight" in sys.argv
-    options = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-15) if tight else {}
+    options = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-15) if arguments.tight else {}
     rows = []
     for name, problem in problems().items():
         for index in (0, 1):
@@ -156,7 +159,7 @@ def main() -> None:
         ("7 digits or more, of 54", (columns >= 7).sum(axis=0)),
     ):
         print(f"| {label} | |" + "".join(f" {value:.4g} |" for value in values))
-    if "--write" in sys.argv and not tight:
+    if arguments.write and not arguments.tight:
         lines = [f"# Correct digits; made by scripts/nist_scipy.py --write with scipy {scipy.__version__}."]
         lines.append(",".join(["problem", "start", *METHODS]))
         lines += [",".join([name, str(start), *(f"{v:.2f}" for v in digits)]) for name, start, *digits in rows]

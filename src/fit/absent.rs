@@ -6,9 +6,9 @@
 //! go down.
 
 use super::least_squares::LeastSquares;
-use super::levenberg_marquardt::Solution;
 use super::parameters::{ParameterTable, Status};
 use super::problem::ReflectanceProblem;
+use super::termination::Solution;
 use crate::error::Error;
 use nalgebra::DVector;
 

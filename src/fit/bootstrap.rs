@@ -6,10 +6,11 @@
 //! the fit is repeated from the optimum on what was drawn, and the spread of the repeated fits is the error
 //! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
 
-use super::levenberg_marquardt::{Solution, Termination, Tolerances, minimise};
+use super::levenberg_marquardt::minimise;
 use super::loss::Objective;
 use super::parameters::ParameterTable;
 use super::run::{Progress, Task};
+use super::termination::{Solution, Termination, Tolerances};
 use super::uncertainty::{Covariance, Method};
 use super::warnings::Warning;
 use crate::error::Error;

@@ -6,10 +6,11 @@
 //! few hundred samples.
 
 use super::absent::past_absent_lobes;
-use super::levenberg_marquardt::{Limits, Tolerances, minimise};
+use super::levenberg_marquardt::minimise;
 use super::loss::Objective;
 use super::parameters::{ParameterTable, Status};
 use super::problem::ReflectanceProblem;
+use super::termination::{Limits, Tolerances};
 use crate::error::Error;
 use crate::math::count;
 use crate::measurement::Samples;

@@ -2,9 +2,11 @@
 
 mod absent;
 mod bootstrap;
+mod bounded_step;
 mod coarse;
 mod errors;
 mod hold_out;
+mod judge;
 mod least_squares;
 mod levenberg_marquardt;
 mod loss;
@@ -12,7 +14,9 @@ mod metric;
 mod parameters;
 mod problem;
 mod run;
+mod search;
 mod solvers;
+mod termination;
 mod triangle;
 mod uncertainty;
 mod warnings;
@@ -20,15 +24,16 @@ mod warnings;
 pub use bootstrap::{Resampled, Uncertainty};
 pub use errors::{ErrorTable, Errors, score};
 pub use hold_out::{HeldOut, checked_fraction};
+pub use judge::Selection;
 pub use least_squares::{LeastSquares, Linearisation, Rows};
-pub use levenberg_marquardt::{
-    LevenbergMarquardt, Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise,
-};
+pub use levenberg_marquardt::{LevenbergMarquardt, minimise};
 pub use loss::{LossKind, Objective};
 pub use metric::Metric;
 pub use parameters::{ParameterTable, Product, Row, Selector, Setting, Settings, Status, channel_suffix};
 pub use problem::ReflectanceProblem;
-pub use run::{Fit, Options, Progress, Quiet, Selection, Start, evaluate, fit};
+pub use run::{Fit, Options, Progress, Quiet, evaluate, fit};
+pub use search::Start;
 pub use solvers::{SolverKind, minimise_with};
+pub use termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};
 pub use uncertainty::{Covariance, Method};
 pub use warnings::Warning;

@@ -13,7 +13,8 @@
 //! The best point that any of them has evaluated is the result, so that none makes the start worse.
 
 use super::least_squares::{LeastSquares, Linearisation};
-use super::levenberg_marquardt::{Limits, Observer, Solution, StopSignal, Termination, Tolerances, minimise};
+use super::levenberg_marquardt::minimise;
+use super::termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};
 use crate::error::Error;
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{

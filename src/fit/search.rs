@@ -1,0 +1,179 @@
+//! Where the final fit starts: the best of several starts, each followed to its minimum on part of the samples.
+
+use super::coarse::{Candidate, Profile, scan};
+use super::loss::{LossKind, Objective};
+use super::parameters::ParameterTable;
+use super::run::{POLISH_SAMPLES, Task};
+use super::termination::Termination;
+use super::warnings;
+use crate::error::Error;
+use crate::measurement::Samples;
+use crate::model::Role;
+use nalgebra::DVector;
+
+/// One start of the search and where it led.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Cost after polishing, on the samples of the search.
+    pub cost: f64,
+    /// The shapes that it started from: full name and value.
+    pub shapes: Vec<(String, f64)>,
+    /// The shapes that it led to: row of the parameter table and value, lobes in order.
+    pub reached: Vec<(usize, f64)>,
+    /// Why the polishing stopped.
+    pub termination: Termination,
+}
+
+/// What the search has found out.
+pub(super) struct Found {
+    /// What is minimised, the scale of the loss settled.
+    pub(super) objective: Objective,
+    pub(super) starts: Vec<Start>,
+    pub(super) profiles: Vec<Profile>,
+}
+
+/// Samples of the scan.
+const SCAN_SAMPLES: usize = 800;
+/// Points of the scan that are polished, and for how long.
+const POLISHED: usize = 5;
+const POLISH_ITERATIONS: u64 = 150;
+/// Starts whose costs agree to this have found the same minimum.
+const SAME_MINIMUM: f64 = 1e-6;
+/// Minima whose costs on part of the samples lie so close compete on all of them, at most so many.
+const CLOSE_RACE: f64 = 0.05;
+const RIVALS: usize = 3;
+const RACE_ITERATIONS: u64 = 15;
+/// Estimates of a loss's scale from part of the samples.
+const SCALE_ROUNDS: usize = 4;
+/// The share of the measured values that the search takes seriously under a loss: outliers are fewer.
+const BULK_OF_DATA: f64 = 0.95;
+/// The smallest scale of a loss, relative to the data.
+const SMALLEST_SCALE: f64 = 1e-6;
+
+impl Task<'_> {
+    /// The best start found, polished on part of the samples, and what was seen on the way.
+    pub(super) fn search(&self, mut table: ParameterTable) -> Result<(ParameterTable, Found), Error> {
+        let few = self.samples.subset(SCAN_SAMPLES, self.options.seed);
+        let more = self.samples.subset(POLISH_SAMPLES, self.options.seed);
+        let widest = self.widest_scale(&few, &table);
+        let mut objective = Objective { metric: self.options.metric, loss: self.options.loss, scale: widest };
+        let mut starts = Vec::new();
+        let mut profiles = Vec::new();
+        if !table.free().is_empty() {
+            let wanted = (POLISHED, self.options.seed);
+            let seen = scan(self.expression, &few, &table, objective, wanted, &self.limits(0, None))?;
+            let ends: Result<Vec<(Start, ParameterTable)>, Error> = seen
+                .candidates
+                .into_iter()
+                .map(|candidate| self.follow(&more, candidate, objective))
+                .collect();
+            let ends = ends?;
+            starts = ends.iter().map(|(start, _)| start.clone()).collect();
+            profiles = seen.profiles;
+            table = self.best_of(ends, objective)?.unwrap_or(table);
+        }
+        if objective.loss != LossKind::None {
+            // Each estimate of the scale rests on a fit with the one before, the last on all samples.
+            for _ in 0..SCALE_ROUNDS {
+                objective.scale = self.loss_scale(&more, &table, objective, widest);
+                let solution = self.polish(&more, table.clone(), objective, POLISH_ITERATIONS)?;
+                table.set_coordinates(solution.x.as_slice());
+            }
+            objective.scale = self.loss_scale(self.samples, &table, objective, widest);
+        }
+        Ok((table, Found { objective, starts, profiles }))
+    }
+
+    /// Polishes one point of the scan.
+    fn follow(
+        &self,
+        samples: &Samples,
+        candidate: Candidate,
+        objective: Objective,
+    ) -> Result<(Start, ParameterTable), Error> {
+        let table = candidate.table;
+        let solution = self.polish(samples, table.clone(), objective, POLISH_ITERATIONS)?;
+        let mut polished = table.clone();
+        polished.set_coordinates(solution.x.as_slice());
+        polished.sort_lobes();
+        let shapes = free_shapes(&table).into_iter().map(|(index, value)| (table.name(index), value));
+        let start = Start {
+            cost: solution.cost,
+            shapes: shapes.collect(),
+            reached: free_shapes(&polished),
+            termination: solution.termination,
+        };
+        Ok((start, polished))
+    }
+
+    /// The best of what the starts led to. Minima that are close on part of the samples compete on all.
+    fn best_of(
+        &self,
+        mut ends: Vec<(Start, ParameterTable)>,
+        objective: Objective,
+    ) -> Result<Option<ParameterTable>, Error> {
+        let lowest = ends.iter().map(|(start, _)| start.cost).fold(f64::INFINITY, f64::min);
+        let partial = self.samples.len() > POLISH_SAMPLES;
+        if partial {
+            ends.sort_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost));
+        }
+        // Of starts that lead to the same minimum the scan's favourite is kept.
+        let margin = if partial { CLOSE_RACE } else { SAME_MINIMUM };
+        let mut rivals: Vec<(Start, ParameterTable)> = Vec::new();
+        for (start, table) in ends {
+            let distinct = rivals
+                .iter()
+                .all(|(rival, _)| warnings::shapes_differ(&table, &rival.reached, &start.reached));
+            let close = start.cost <= (1.0 + margin) * lowest;
+            if close && distinct && rivals.len() < RIVALS {
+                rivals.push((start, table));
+            }
+        }
+        if rivals.len() < 2 || !partial {
+            return Ok(rivals.into_iter().next().map(|(_, table)| table));
+        }
+        let mut best: Option<(f64, ParameterTable)> = None;
+        for (_, mut table) in rivals {
+            let solution = self.polish(self.samples, table.clone(), objective, RACE_ITERATIONS)?;
+            if best.as_ref().is_none_or(|(cost, _)| solution.cost < *cost) {
+                table.set_coordinates(solution.x.as_slice());
+                best = Some((solution.cost, table));
+            }
+        }
+        Ok(best.map(|(_, table)| table))
+    }
+
+    /// A scale of the loss beyond which no residual of a sensible fit lies: the search starts with it,
+    /// while the bulk of the data is still far from any model.
+    fn widest_scale(&self, samples: &Samples, table: &ParameterTable) -> f64 {
+        if self.options.loss == LossKind::None {
+            return 1.0;
+        }
+        let quantile =
+            self.problem(samples, table.clone(), self.options.metric.into()).data_quantile(BULK_OF_DATA);
+        // Data that are zero throughout have no scale; any will do.
+        if quantile > 0.0 { quantile } else { 1.0 }
+    }
+
+    /// The scale that the user gave, or that of the residuals at the values in `table`.
+    fn loss_scale(
+        &self,
+        samples: &Samples,
+        table: &ParameterTable,
+        objective: Objective,
+        widest: f64,
+    ) -> f64 {
+        self.options.loss_scale.unwrap_or_else(|| {
+            let problem = self.problem(samples, table.clone(), objective);
+            let deviation = problem.residual_deviation(&DVector::from_vec(table.coordinates()));
+            // Of data without noise only rounding is left.
+            deviation.max(SMALLEST_SCALE * widest)
+        })
+    }
+}
+
+/// The free shapes of a table: row and value.
+fn free_shapes(table: &ParameterTable) -> Vec<(usize, f64)> {
+    let rows = table.free().iter().filter_map(|index| Some((*index, table.rows().get(*index)?)));
+    rows.filter(|(_, row)| row.spec.role == Role::Shape).map(|(index, row)| (index, row.value)).collect()
+}
