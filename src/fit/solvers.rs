@@ -181,6 +181,21 @@ struct Watch {
     stopped: Option<Termination>,
 }
 
+impl Watch {
+    /// Why to end after so many iterations, if there is a reason.
+    fn reason(&self, iterations: u64) -> Option<Termination> {
+        if self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            Some(Termination::Interrupted)
+        } else if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            Some(Termination::Timeout)
+        } else if iterations >= self.iterations {
+            Some(Termination::IterationLimit)
+        } else {
+            None
+        }
+    }
+}
+
 /// A solver that also ends when it is told to.
 #[derive(Clone)]
 struct Watched<S> {
@@ -210,17 +225,8 @@ impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Watched<S> {
         if own.terminated() {
             return own;
         }
-        let watch = &mut self.watch;
-        watch.stopped = if watch.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
-            Some(Termination::Interrupted)
-        } else if watch.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
-            Some(Termination::Timeout)
-        } else if state.get_iter() >= watch.iterations {
-            Some(Termination::IterationLimit)
-        } else {
-            None
-        };
-        match watch.stopped {
+        self.watch.stopped = self.watch.reason(state.get_iter());
+        match self.watch.stopped {
             Some(reason) => {
                 TerminationStatus::Terminated(TerminationReason::SolverExit(reason.name().to_owned()))
             }
@@ -229,13 +235,47 @@ impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Watched<S> {
     }
 }
 
-impl<S: LineSearch<Point, f64>> LineSearch<Point, f64> for Watched<S> {
+/// A line search that fails when it is told to end, or takes too long.
+///
+/// One that merely ended would leave no point behind, which argmin's quasi-Newton methods do not expect.
+#[derive(Clone)]
+struct Capped<S> {
+    search: S,
+    watch: Watch,
+}
+
+impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Capped<S> {
+    fn name(&self) -> &str {
+        self.search.name()
+    }
+
+    fn init(&mut self, problem: &mut Problem<O>, state: I) -> Result<(I, Option<KV>), argmin::core::Error> {
+        self.search.init(problem, state)
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: I,
+    ) -> Result<(I, Option<KV>), argmin::core::Error> {
+        match self.watch.reason(state.get_iter()) {
+            Some(reason) => Err(argmin::core::Error::msg(reason.name())),
+            None => self.search.next_iter(problem, state),
+        }
+    }
+
+    fn terminate(&mut self, state: &I) -> TerminationStatus {
+        self.search.terminate(state)
+    }
+}
+
+impl<S: LineSearch<Point, f64>> LineSearch<Point, f64> for Capped<S> {
     fn search_direction(&mut self, direction: Point) {
-        self.solver.search_direction(direction);
+        self.search.search_direction(direction);
     }
 
     fn initial_step_length(&mut self, step: f64) -> Result<(), argmin::core::Error> {
-        self.solver.initial_step_length(step)
+        self.search.initial_step_length(step)
     }
 }
 
@@ -375,8 +415,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         observer: Option<Heard>,
     ) -> Result<(Ended, u64), argmin::core::Error> {
         let search: MoreThuenteLineSearch<Point, Point, f64> = MoreThuenteLineSearch::new();
-        let search =
-            Watched { solver: search, watch: Watch { iterations: LINE_SEARCH_ITERATIONS, ..watch.clone() } };
+        let search = Capped { search, watch: Watch { iterations: LINE_SEARCH_ITERATIONS, ..watch.clone() } };
         let solver: LBFGS<_, Point, Point, f64> = LBFGS::new(search, MEMORY)
             .with_tolerance_grad(GRADIENT_TOLERANCE)?
             .with_tolerance_cost(COST_TOLERANCE)?;
@@ -400,7 +439,11 @@ impl<P: LeastSquares> PlainCost<'_, P> {
                 })
             }
             (_, Some(stopped)) => Ended::With(stopped),
-            _ => Ended::LineSearchFailed,
+            // The line search may have been the one to be stopped.
+            _ => match result.solver.watch.reason(0) {
+                Some(stopped) => Ended::With(stopped),
+                None => Ended::LineSearchFailed,
+            },
         };
         Ok((ended, state.get_iter()))
     }

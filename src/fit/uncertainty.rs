@@ -250,12 +250,11 @@ impl Covariance {
             units: free.units(table),
             null: free.null.clone(),
         };
-        // Errors that would be far larger if what is at a bound could move.
+        // Errors that would be far larger if what is at a bound could move, whatever the noise.
+        let (held, moving) = (inside.covariance(table, None), free.covariance(table, None));
         let depends = |(i, row): (usize, &usize)| {
-            let j = free.rows.iter().position(|r| r == row);
-            let variance = j.and_then(|j| unbounded.matrix.get((j, j)));
-            let larger =
-                matrix.get((i, i)).zip(variance).is_some_and(|(held, free)| *free > INFLATION * held);
+            let j = free.rows.iter().position(|r| r == row)?;
+            let larger = *moving.get((j, j))? > INFLATION * *held.get((i, i))?;
             let lost = free.undetermined.contains(row) && !inside.undetermined.contains(row);
             (larger || lost).then_some(*row)
         };
