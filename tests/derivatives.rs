@@ -87,7 +87,7 @@ fn random_parameters(model: &AnyModel, rng: &mut Pcg64Mcg) -> (Vec<f64>, Vec<f64
         };
         let u: f64 = rng.random();
         let value = match spec.scale {
-            Scale::Linear => low + (high - low) * u,
+            Scale::Linear | Scale::Square => low + (high - low) * u,
             Scale::Log => (low.ln() + (high.ln() - low.ln()) * u).exp(),
         };
         match spec.role {

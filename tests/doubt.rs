@@ -311,6 +311,26 @@ fn one_reflectance_for_both_lobes_by_a_tie() {
     assert_eq!(report["parameters"][5]["status"], "tied");
 }
 
+// Starts from which no single parameter shows the way.
+
+#[test]
+fn fits_leave_points_where_derivatives_vanish() {
+    // A lobe without strength, and facets without spread: all derivatives in question are 0 or point out.
+    for (model, truth, start) in [
+        (ONE_LOBE, "kd=0.3 f0=0.3 m=0.2 ks=0.5", "--free ks --init m=0.2 --init ks=0 --init f0=0"),
+        ("'oren-nayar'", "albedo=0.5 sigma=25", "--init sigma=0"),
+        ("'oren-nayar(variant=qualitative)'", "albedo=0.5 sigma=25", "--init sigma=0 --init albedo=0"),
+    ] {
+        let folder = measured(&format!("-m {model} --set {truth} --directions 500"));
+        let report = fitted(folder.brdfit(&format!("fit clean.csv -m {model} {start} --json")));
+        for setting in truth.split(' ') {
+            let (name, wanted) = setting.split_once('=').unwrap();
+            let (found, wanted) = (value(&report, name), wanted.parse::<f64>().unwrap());
+            assert!((found / wanted - 1.0).abs() < 1e-6, "{model} {start}: {name} {found} for {wanted}");
+        }
+    }
+}
+
 // Determinism.
 
 #[test]

@@ -64,7 +64,7 @@ impl Axis {
     fn at(&self, fraction: f64) -> f64 {
         let (low, high) = self.range;
         match self.scale {
-            Scale::Linear => low + (high - low) * fraction,
+            Scale::Linear | Scale::Square => low + (high - low) * fraction,
             Scale::Log => (low.ln() + (high.ln() - low.ln()) * fraction).exp(),
         }
     }

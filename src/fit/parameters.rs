@@ -43,6 +43,7 @@ impl Row {
         match self.spec.scale {
             Scale::Linear => value,
             Scale::Log => value.ln(),
+            Scale::Square => value * value,
         }
     }
 
@@ -50,6 +51,7 @@ impl Row {
         match self.spec.scale {
             Scale::Linear => coordinate,
             Scale::Log => coordinate.exp(),
+            Scale::Square => coordinate.max(0.0).sqrt(),
         }
     }
 
@@ -59,7 +61,14 @@ impl Row {
         match self.spec.scale {
             Scale::Linear => 1.0,
             Scale::Log => self.value,
+            Scale::Square => 0.5 / self.value.max(self.least_square()),
         }
+    }
+
+    /// Where the derivative with respect to the square is taken for values that are smaller: close enough to
+    /// 0 to change a model by no more than 1e-12 of itself, far enough for the quotient to keep its digits.
+    fn least_square(&self) -> f64 {
+        1e-6 * self.spec.bounds.1
     }
 
     /// Whether the value is at its lower bound, to rounding.
@@ -367,6 +376,11 @@ impl ParameterTable {
                     "--bounds {name}: expected the lower bound below the upper, found {lower}..{upper}"
                 )));
             }
+            if row.spec.scale == Scale::Square && lower < 0.0 {
+                return Err(Error::Usage(format!(
+                    "--bounds {name}: expected a lower bound of at least 0, found {lower}"
+                )));
+            }
             if row.spec.scale == Scale::Log && lower <= 0.0 {
                 return Err(Error::Usage(format!(
                     "--bounds {name}: expected a lower bound above 0, found {lower}"
@@ -529,6 +543,17 @@ impl ParameterTable {
             }
         }
         self.follow();
+    }
+
+    /// The same table with values that are fitted by their square kept off 0, where derivatives vanish.
+    #[must_use]
+    pub(super) fn off_zero(mut self) -> Self {
+        let of_square = |row: &&mut Row| row.spec.scale == Scale::Square && row.status == Status::Free;
+        for row in self.rows.iter_mut().filter(of_square) {
+            row.value = row.value.max(row.least_square());
+        }
+        self.follow();
+        self
     }
 
     /// Sets the value of one row, and of what is tied to it.

@@ -203,6 +203,7 @@ impl<'a> ReflectanceProblem<'a> {
     fn pass(&self, x: &DVector<f64>, kind: Pass<'_>) -> Linearisation {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
+        let table = table.off_zero();
         let values = self.formula_values(&table);
         let context = Context::new(self, &table, &values, kind);
         let gathered: Vec<Gathered> =

@@ -263,7 +263,7 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
         let (Some((start, _)), Some((end, _))) = ends else { continue };
         let wide = match row.spec.scale {
             Scale::Log => high > FLAT_RATIO * low,
-            Scale::Linear => high - low > FLAT_SHARE * (end - start),
+            Scale::Linear | Scale::Square => high - low > FLAT_SHARE * (end - start),
         };
         if !wide {
             continue;
@@ -350,6 +350,8 @@ pub(super) fn shapes_differ(table: &ParameterTable, a: &[(usize, f64)], b: &[(us
 fn differ(row: &Row, x: f64, y: f64) -> bool {
     match row.spec.scale {
         Scale::Log => (x / y).ln().abs() > SAME_VALUE,
-        Scale::Linear => (x - y).abs() > SAME_VALUE * (row.spec.typical.1 - row.spec.typical.0),
+        Scale::Linear | Scale::Square => {
+            (x - y).abs() > SAME_VALUE * (row.spec.typical.1 - row.spec.typical.0)
+        }
     }
 }

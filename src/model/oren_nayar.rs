@@ -70,7 +70,7 @@ impl Model for OrenNayar {
             (0.0, 90.0),
             (5.0, 60.0),
             20.0,
-            Scale::Linear,
+            Scale::Square,
         );
         vec![ParamSpec::amplitude("albedo", "albedo of the facets", 2.0, 0.2), sigma.unit(Unit::Degrees)]
     }

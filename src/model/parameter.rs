@@ -54,6 +54,9 @@ pub enum Scale {
     Linear,
     /// Its logarithm, for positive quantities that span decades.
     Log,
+    /// Its square, for quantities of which the model knows nothing else. At 0 their own derivative is 0,
+    /// whichever way the cost goes, and a fit that came there would stay.
+    Square,
 }
 
 /// Which values of a parameter make its lobe sharper.
