@@ -22,6 +22,8 @@ use rayon::prelude::*;
 
 /// Points of the scan: along one shape, along each of two, and in all over three or more.
 const POINTS: [usize; 3] = [28, 18, 300];
+/// Starts that come out of it: with one shape, and with more.
+const STARTS: [usize; 2] = [5, 8];
 /// Of so many times as many points about one in two is left when lobes of one kind are put in order.
 const ORDERED: usize = 2;
 
@@ -133,7 +135,7 @@ fn halton(index: usize, base: usize) -> f64 {
     result
 }
 
-/// Scans the shapes; at most `wanted` starts are returned.
+/// Scans the shapes.
 ///
 /// # Errors
 /// [`Error::Optimiser`] for a defect.
@@ -142,10 +144,12 @@ pub(super) fn scan(
     samples: &Samples,
     table: &ParameterTable,
     objective: Objective,
-    (wanted, seed): (usize, u64),
+    seed: u64,
     limits: &Limits,
 ) -> Result<Scan, Error> {
     let axes = axes(table);
+    let [along_a_line, in_space] = STARTS;
+    let wanted = if axes.len() < 2 { along_a_line } else { in_space };
     let ordered = table.has_exchangeable_lobes();
     let place = |point: &[f64]| {
         let mut table = table.clone();
@@ -215,9 +219,9 @@ fn solve_amplitudes(
 ) -> Result<Candidate, Error> {
     let problem = ReflectanceProblem::new(expression, samples, table.with_fixed(Role::Shape), objective);
     let start = DVector::from_vec(problem.table().coordinates());
-    // A scan needs to tell basins apart, no more.
+    // A scan needs to tell basins apart, no more; products of amplitudes still take some iterations.
     let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };
-    let limits = Limits { iterations: 12, observer: None, ..limits.clone() };
+    let limits = Limits { iterations: 40, observer: None, ..limits.clone() };
     let solution =
         past_absent_lobes(&problem, start, |start| minimise(&problem, start, tolerances, limits.clone()))?;
     let mut solved = problem.table().clone();

@@ -34,14 +34,14 @@ pub(super) struct Found {
 
 /// Samples of the scan.
 const SCAN_SAMPLES: usize = 800;
-/// Points of the scan that are polished, and for how long.
-const POLISHED: usize = 5;
+/// How long its best points are polished.
 const POLISH_ITERATIONS: u64 = 150;
 /// Starts whose costs agree to this have found the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
-/// Minima whose costs on part of the samples lie so close compete on all of them, at most so many.
+/// Minima whose costs on part of the samples lie so close compete on ten times as many, at most so many.
 const CLOSE_RACE: f64 = 0.05;
 const RIVALS: usize = 3;
+const RACE_SAMPLES: usize = 10 * POLISH_SAMPLES;
 const RACE_ITERATIONS: u64 = 15;
 /// Estimates of a loss's scale from part of the samples.
 const SCALE_ROUNDS: usize = 4;
@@ -60,8 +60,8 @@ impl Task<'_> {
         let mut starts = Vec::new();
         let mut profiles = Vec::new();
         if !table.free().is_empty() {
-            let wanted = (POLISHED, self.options.seed);
-            let seen = scan(self.expression, &few, &table, objective, wanted, &self.limits(0, None))?;
+            let seen =
+                scan(self.expression, &few, &table, objective, self.options.seed, &self.limits(0, None))?;
             let ends: Result<Vec<(Start, ParameterTable)>, Error> = seen
                 .candidates
                 .into_iter()
@@ -132,9 +132,10 @@ impl Task<'_> {
         if rivals.len() < 2 || !partial {
             return Ok(rivals.into_iter().next().map(|(_, table)| table));
         }
+        let many = self.samples.subset(RACE_SAMPLES, self.options.seed);
         let mut best: Option<(f64, ParameterTable)> = None;
         for (_, mut table) in rivals {
-            let solution = self.polish(self.samples, table.clone(), objective, RACE_ITERATIONS)?;
+            let solution = self.polish(&many, table.clone(), objective, RACE_ITERATIONS)?;
             if best.as_ref().is_none_or(|(cost, _)| solution.cost < *cost) {
                 table.set_coordinates(solution.x.as_slice());
                 best = Some((solution.cost, table));

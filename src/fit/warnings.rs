@@ -315,28 +315,30 @@ pub(super) fn discarded(fit: &Fit) -> Option<Warning> {
 
 /// Starts that end as well as the best with other shapes.
 pub(super) fn ties(fit: &Fit) -> Option<Warning> {
-    let best = fit.starts.iter().map(|start| start.cost).fold(f64::INFINITY, f64::min);
+    let best = fit.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
     let table = &fit.table;
     // A shape that the data do not determine may end anywhere.
     let known = |row: usize| fit.covariance.as_ref().is_some_and(|c| c.std_error(row).is_some());
     let differing = |reached: &[(usize, f64)]| {
-        reached.iter().copied().find(|(row, value)| {
-            known(*row) && table.rows().get(*row).is_some_and(|row| differ(row, row.value, *value))
-        })
+        let pairs = reached.iter().zip(&best.reached);
+        let found = pairs.filter(|((row, value), (_, of_best))| {
+            known(*row) && table.rows().get(*row).is_some_and(|row| differ(row, *of_best, *value))
+        });
+        found.map(|((row, value), (_, of_best))| (*row, *value, *of_best)).next()
     };
     let rival = fit
         .starts
         .iter()
-        .filter(|start| start.cost <= best * (1.0 + COST_RESOLUTION) && start.termination.converged())
-        .find_map(|start| differing(&start.reached).map(|(row, value)| (start.cost, row, value)));
-    let (cost, row, value) = rival?;
+        .filter(|start| start.cost <= best.cost * (1.0 + COST_RESOLUTION) && start.termination.converged())
+        .find_map(|start| differing(&start.reached).map(|found| (start.cost, found)));
+    let (cost, (row, value, of_best)) = rival?;
     let name = table.name(row);
     Some(Warning {
         kind: "tied-starts",
         text: format!(
-            "another start ends with {value:.4} at a cost only {:.3} % above the best: the data do not choose between \
-             the two; compare them on other data, or choose with --init {name}=V",
-            100.0 * (cost / best - 1.0).max(0.0)
+            "one start led to {of_best:.4}, another to {value:.4} at a cost only {:.3} % higher: the data do not choose \
+             between the two; compare them on other data, or choose with --init {name}=V",
+            100.0 * (cost / best.cost - 1.0)
         ),
         parameter: Some(name),
     })
