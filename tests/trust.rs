@@ -267,11 +267,11 @@ fn parameters_at_bounds_are_not_resampled() {
 
 #[test]
 fn resampling_can_be_cut_short() {
-    // Out of time before the fit has ended: the formula's errors, and a warning that says so.
+    // Out of time before the fit has ended: no errors, and a warning that says so.
     let folder = laboratory();
     let line = format!("fit paint.csv -m {MODEL} --uncertainty block-bootstrap --timeout 1e-9 --json");
     let report = folder.brdfit(&line).json();
-    assert_eq!(report["fit"]["uncertainty_method"], "sandwich");
+    assert_eq!(report["fit"]["uncertainty_method"], Value::Null);
     assert_eq!(report["fit"]["resampling"], Value::Null);
     let warnings = report["warnings"].as_array().unwrap();
     assert!(warnings.iter().any(|w| w["kind"] == "resampling"), "{warnings:?}");

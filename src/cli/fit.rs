@@ -195,9 +195,12 @@ fn loss_scale(arguments: &Arguments) -> Result<Option<f64>, Error> {
     if text == "auto" {
         return Ok(None);
     }
-    let scale = text.parse().ok().filter(|scale: &f64| *scale > 0.0 && scale.is_finite());
+    // The square of the scale, and that of a residual in its unit, must remain numbers.
+    let scale = text.parse().ok().filter(|scale: &f64| (1e-100..=1e100).contains(scale));
     scale.map(Some).ok_or_else(|| {
-        Error::Usage(format!("--loss-scale: expected a number above 0, or 'auto', found '{text}'"))
+        Error::Usage(format!(
+            "--loss-scale: expected a number from 1e-100 to 1e100, or 'auto', found '{text}'"
+        ))
     })
 }
 
@@ -285,9 +288,9 @@ fn fit_input(
 fn ranking(reports: &Reports) -> String {
     let mut text = String::from("\nranking:\n");
     for rank in &reports.ranking {
+        let value = rank.value.map_or_else(|| "-".to_owned(), |value| format!("{value:.6}"));
         if let Some(report) = reports.reports.get(rank.index) {
-            text +=
-                &format!("  {} {:.6}  {}  {}\n", rank.criterion, rank.value, report.data.path, report.model);
+            text += &format!("  {} {value}  {}  {}\n", rank.criterion, report.data.path, report.model);
         }
     }
     for failure in &reports.failed {

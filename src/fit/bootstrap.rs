@@ -107,7 +107,7 @@ pub(super) fn resample(
         return Ok((None, None));
     }
     if !solution.termination.converged() {
-        let text = "not resampled, because the fit reached no minimum: the standard errors are the formula's";
+        let text = "not resampled, because the fit reached no minimum";
         return Ok((None, Some(warning(text.to_owned()))));
     }
     progress.stage("resampling");
@@ -124,9 +124,7 @@ pub(super) fn resample(
     }
     let finished = fits.len();
     let cut_short = |end: &str| {
-        warning(format!(
-            "{finished} of {REPLICATES} resampled fits were finished: {end}; allow more time with --timeout"
-        ))
+        warning(format!("{finished} of {REPLICATES} resampled fits were finished: {end}; allow it more time"))
     };
     if finished < FEWEST_REPLICATES {
         return Ok((None, Some(cut_short("the standard errors are the formula's"))));

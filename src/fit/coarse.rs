@@ -21,7 +21,7 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 /// Points of the scan: along one shape, along each of two, and in all over three or more.
-const POINTS: [usize; 3] = [28, 18, 300];
+const POINTS: [usize; 3] = [30, 20, 300];
 /// Starts that come out of it: with one shape, and with more.
 const STARTS: [usize; 2] = [5, 8];
 /// Of so many times as many points about one in two is left when lobes of one kind are put in order.

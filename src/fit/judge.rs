@@ -64,7 +64,11 @@ impl Task<'_> {
         let absolute = samples.weighting == Weighting::Sigma && !robust;
         let typical = (solution.cost / freedom).sqrt();
         let scatter = (!absolute).then_some(|root: &_| problem.scatter(&solution.x, root, typical));
-        let mut covariance = Covariance::new(&table, &solution.linearisation.matrix(free), scatter, freedom);
+        let jacobian = solution.linearisation.matrix(free);
+        // Where a fit was cut short there is no minimum to have errors.
+        let at_minimum = solution.termination.converged();
+        let mut covariance =
+            if at_minimum { Covariance::new(&table, &jacobian, scatter, freedom) } else { None };
         if robust && let Some(covariance) = &mut covariance {
             covariance.discard(self.discarded(&table, &solution));
         }

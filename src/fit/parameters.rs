@@ -66,9 +66,14 @@ impl Row {
     }
 
     /// Where the derivative with respect to the square is taken for values that are smaller: close enough to
-    /// 0 to change a model by no more than 1e-12 of itself, far enough for the quotient to keep its digits.
+    /// 0 to change a model by no more than 1e-10 of itself, far enough for the quotient to keep its digits.
     fn least_square(&self) -> f64 {
-        1e-6 * self.spec.bounds.1
+        1e-6 * self.spec.typical.1
+    }
+
+    /// Width of the range between the bounds, in the solver's coordinate.
+    pub(super) fn width(&self) -> f64 {
+        self.coordinate(self.bounds.1) - self.coordinate(self.bounds.0)
     }
 
     /// Whether the value is at its lower bound, to rounding.

@@ -250,6 +250,15 @@ impl Covariance {
             units: free.units(table),
             null: free.null.clone(),
         };
+        // An error beyond the whole range of its parameter says that the data know nothing of it.
+        let mut undetermined = inside.undetermined.clone();
+        for (i, index) in inside.rows.iter().enumerate() {
+            let Some(row) = table.rows().get(*index) else { continue };
+            let error = matrix.get((i, i)).map_or(f64::NAN, |variance| variance.sqrt()) / row.stretch();
+            if !(error <= row.width() || undetermined.contains(index)) {
+                undetermined.push(*index);
+            }
+        }
         // Errors that would be far larger if what is at a bound could move, whatever the noise.
         let (held, moving) = (inside.covariance(table, None), free.covariance(table, None));
         let depends = |(i, row): (usize, &usize)| {
@@ -270,7 +279,7 @@ impl Covariance {
             quantile,
             unbounded,
             rows: inside.rows,
-            undetermined: inside.undetermined,
+            undetermined,
             weakest: inside.weakest,
         })
     }
@@ -286,11 +295,11 @@ impl Covariance {
     }
 
     /// Standard error of the parameter in a row of the table; none at a bound, held, undetermined, dependent
-    /// or discarded.
+    /// or discarded, and none of 0: data without noise do not tell how large it is.
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;
-        self.matrix.get((i, i)).map(|variance| variance.sqrt()).filter(|e| e.is_finite())
+        self.matrix.get((i, i)).map(|variance| variance.sqrt()).filter(|e| e.is_finite() && *e > 0.0)
     }
 
     /// Covariance of the parameters in two rows.

@@ -118,10 +118,13 @@ fn undetermined(fit: &Fit) -> Option<Warning> {
     Some(Warning {
         kind: "not-identifiable",
         parameter: Some(names.first()?.clone()),
-        text: format!(
-            "the data do not determine {} separately: --fix one of them, or use a model without it",
-            names.join(", ")
-        ),
+        text: match names.as_slice() {
+            [_] => "the data do not determine it: --fix it, or use a model without it".to_owned(),
+            several => format!(
+                "the data do not determine {} separately: --fix one of them, or use a model without it",
+                several.join(", ")
+            ),
+        },
     })
 }
 

@@ -68,7 +68,7 @@ impl Model for CookTorrance {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let roughness = ParamSpec::shape("m", "roughness", (1e-4, 1.0), (3e-3, 1.0), 0.2, Scale::Log)
+        let roughness = ParamSpec::shape("m", "roughness", (1e-4, 1.0), (1e-3, 1.0), 0.2, Scale::Log)
             .sharper_when(Sharper::Smaller);
         let fresnel = self.fresnel.parameters();
         let scale = ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 1.0);

@@ -145,16 +145,22 @@ pub struct Correlation {
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 #[expect(missing_docs, reason = "defined together in docs/conventions.md")]
 pub struct ErrorRecord {
-    pub l2: f64,
-    pub log: f64,
-    pub cbrt: f64,
-    pub log_ratio: f64,
+    pub l2: Option<f64>,
+    pub log: Option<f64>,
+    pub cbrt: Option<f64>,
+    pub log_ratio: Option<f64>,
     pub relative: Option<f64>,
+}
+
+/// A number that can be written; none that overflowed on the way.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
 }
 
 impl From<&Errors> for ErrorRecord {
     fn from(e: &Errors) -> Self {
-        Self { l2: e.l2, log: e.log, cbrt: e.cbrt, log_ratio: e.log_ratio, relative: e.relative }
+        let [l2, log, cbrt, log_ratio] = [e.l2, e.log, e.cbrt, e.log_ratio].map(finite);
+        Self { l2, log, cbrt, log_ratio, relative: e.relative.and_then(finite) }
     }
 }
 
@@ -167,7 +173,7 @@ pub struct FitRecord {
     pub dof: i64,
     /// What was minimised: the weighted mean square in the metric (smoothed for cbrt), or chi^2 for
     /// weights by sigma.
-    pub cost: f64,
+    pub cost: Option<f64>,
     /// chi^2/dof for weights by sigma, else null.
     pub reduced_chi2: Option<f64>,
     /// Ratio of the largest to the smallest singular value of J with columns of unit length; null where
@@ -232,7 +238,7 @@ impl From<&HeldOut> for HeldOutRecord {
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct StartRecord {
     /// Cost that it led to, on the samples of the search.
-    pub cost: f64,
+    pub cost: Option<f64>,
     /// Shapes that it began with, by full name.
     pub shapes: InOrder<f64>,
     /// Shapes that it led to, lobes of one kind in order.
@@ -327,8 +333,8 @@ pub struct Rank {
     pub index: usize,
     /// What was compared.
     pub criterion: &'static str,
-    /// Its value; smaller is better.
-    pub value: f64,
+    /// Its value; smaller is better, null is worst.
+    pub value: Option<f64>,
 }
 
 /// An input that could not be fitted.
@@ -418,7 +424,7 @@ impl Report {
             fit: FitRecord {
                 n: fit.n,
                 dof: fit.dof,
-                cost: fit.cost,
+                cost: finite(fit.cost),
                 reduced_chi2: fit.reduced_chi2,
                 condition: fit.covariance.as_ref().map(|c| c.condition).filter(|c| c.is_finite()),
                 uncertainty_method: fit.covariance.as_ref().map(|c| c.method.name()),
@@ -433,7 +439,7 @@ impl Report {
                 .starts
                 .iter()
                 .map(|start| StartRecord {
-                    cost: start.cost,
+                    cost: finite(start.cost),
                     shapes: InOrder(start.shapes.clone()),
                     reached: InOrder(
                         start.reached.iter().map(|(row, value)| (table.name(*row), *value)).collect(),
@@ -469,12 +475,14 @@ impl Report {
         self.selection.held_out.as_ref().map(|held| self.in_fitted_metric(&held.errors))
     }
 
+    /// Infinite where it is no number, so that it ranks last.
     fn in_fitted_metric(&self, errors: &ErrorRecord) -> f64 {
-        match self.metric {
+        let error = match self.metric {
             "l2" => errors.l2,
             "log" => errors.log,
             _ => errors.cbrt,
-        }
+        };
+        error.unwrap_or(f64::INFINITY)
     }
 
     /// What the error of samples held out is called in a ranking.
@@ -503,7 +511,7 @@ impl Reports {
             .into_iter()
             .map(|(index, (report, value))| {
                 let criterion = if by_held_out { report.held_out_criterion() } else { report.metric };
-                Rank { index, criterion, value }
+                Rank { index, criterion, value: finite(value) }
             })
             .collect();
         Self { schema: SCHEMA_SEVERAL, ranking, reports, failed }

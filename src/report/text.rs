@@ -128,7 +128,7 @@ fn parameters(text: &mut String, report: &Report) -> std::fmt::Result {
 /// What is special about a parameter.
 fn remark(p: &Parameter) -> &'static str {
     match p.status {
-        "free" if p.std_error.is_none() => "undetermined",
+        "free" if p.std_error.is_none() => "no error",
         "free" => "",
         status => status,
     }
@@ -155,11 +155,16 @@ fn correlations(text: &mut String, report: &Report) -> std::fmt::Result {
     Ok(())
 }
 
+/// Four digits of a number that may be unknown.
+fn or_dash(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| digits(value, 4))
+}
+
 /// The errors that a fit can minimise.
 fn metrics(e: &ErrorRecord) -> String {
     let named = Metric::ALL.into_iter().zip([e.l2, e.log, e.cbrt]);
     let named: Vec<String> =
-        named.map(|(metric, value)| format!("{} {}", metric.name(), digits(value, 4))).collect();
+        named.map(|(metric, value)| format!("{} {}", metric.name(), or_dash(value))).collect();
     named.join(", ")
 }
 
@@ -174,8 +179,8 @@ fn angles(degrees: &[[f64; 2]]) -> String {
 
 fn errors(text: &mut String, report: &Report) -> std::fmt::Result {
     let e = &report.errors;
-    let relative = e.relative.map_or_else(|| "-".to_owned(), |r| digits(r, 4));
-    writeln!(text, "\nerrors: {}, log_ratio {}, relative {relative}", metrics(e), digits(e.log_ratio, 4))?;
+    let (log_ratio, relative) = (or_dash(e.log_ratio), or_dash(e.relative));
+    writeln!(text, "\nerrors: {}, log_ratio {log_ratio}, relative {relative}", metrics(e))?;
     if let Some(held) = &report.selection.held_out {
         writeln!(
             text,

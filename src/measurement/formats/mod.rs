@@ -124,14 +124,15 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
         .max_by_key(|(confidence, _)| *confidence);
     best.map(|(_, format)| format).ok_or_else(|| {
         let summaries: Vec<&str> = REGISTRY.iter().map(|format| format.summary).collect();
-        let head = file.bytes.get(..file.bytes.len().min(64)).unwrap_or_default();
+        let head = file.bytes.get(..file.bytes.len().min(4096)).unwrap_or_default();
         let found = if head.contains(&0) {
             "other binary data".to_owned()
         } else {
             let first = String::from_utf8_lossy(head);
             let content =
                 first.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
-            content.map_or_else(|| "only blank lines and comments".to_owned(), excerpt)
+            content
+                .map_or_else(|| "nothing but blank lines and comments at its beginning".to_owned(), excerpt)
         };
         Error::malformed(file.path, Place::File, summaries.join(" or "), found)
     })
