@@ -1,16 +1,17 @@
 //! `brdfit fit`: fits models to measurements.
 
 use super::input::{ReadArguments, SampleArguments};
+use super::loss::LossArguments;
 use super::output::{Output, json};
 use super::progress::Bar;
 use super::settings::SettingArguments;
 use super::trust::TrustArguments;
 use super::{Outcome, complain, say, show};
 use brdfit::Error;
-use brdfit::fit::{LossKind, Options, Progress, fit};
+use brdfit::fit::{Options, Progress, fit};
 use brdfit::model::Expression;
 use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -33,42 +34,17 @@ pub struct Arguments {
     #[command(flatten)]
     settings: SettingArguments,
     #[command(flatten)]
+    loss: LossArguments,
+    #[command(flatten)]
     trust: TrustArguments,
     #[command(flatten)]
     read: ReadArguments,
-    /// How residuals count that are far larger than the others
-    #[arg(long, value_enum, default_value_t = Loss::None)]
-    loss: Loss,
-    /// Where they begin to count less, in units of the residual; by default found from the residuals
-    #[arg(long, value_name = "S|auto")]
-    loss_scale: Option<String>,
     /// Stop after so many seconds with the best so far
     #[arg(long, value_name = "S")]
     timeout: Option<f64>,
     /// Threads; by default one per core
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     threads: Option<usize>,
-}
-
-/// A loss, by name.
-#[derive(Clone, Copy, ValueEnum)]
-enum Loss {
-    /// Squares
-    None,
-    /// Squares up to the scale, absolute values beyond
-    Huber,
-    /// The logarithm of one plus squares
-    Cauchy,
-}
-
-impl From<Loss> for LossKind {
-    fn from(loss: Loss) -> Self {
-        match loss {
-            Loss::None => Self::None,
-            Loss::Huber => Self::Huber,
-            Loss::Cauchy => Self::Cauchy,
-        }
-    }
 }
 
 /// Where the report goes.
@@ -186,24 +162,6 @@ pub fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "expected a whole number of at least 1".to_owned())
 }
 
-/// The scale of the loss that the user gave; none for auto.
-fn loss_scale(arguments: &Arguments) -> Result<Option<f64>, Error> {
-    let Some(text) = arguments.loss_scale.as_deref() else { return Ok(None) };
-    if matches!(arguments.loss, Loss::None) {
-        return Err(Error::Usage("--loss-scale: expected --loss huber or cauchy beside it".to_owned()));
-    }
-    if text == "auto" {
-        return Ok(None);
-    }
-    // The square of the scale, and that of a residual in its unit, must remain numbers.
-    let scale = text.parse().ok().filter(|scale: &f64| (1e-100..=1e100).contains(scale));
-    scale.map(Some).ok_or_else(|| {
-        Error::Usage(format!(
-            "--loss-scale: expected a number from 1e-100 to 1e100, or 'auto', found '{text}'"
-        ))
-    })
-}
-
 fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
     let deadline = arguments
         .timeout
@@ -216,17 +174,15 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
         })
         .transpose()?
         .flatten();
-    arguments.trust.apply(Options {
+    arguments.trust.apply(arguments.loss.apply(Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
         settings: arguments.settings.settings()?,
-        loss: arguments.loss.into(),
-        loss_scale: loss_scale(arguments)?,
         seed: arguments.samples.seed(),
         stop: Some(Arc::new(AtomicBool::new(false))),
         deadline,
         ..Options::default()
-    })
+    })?)
 }
 
 /// The first Ctrl-C asks for the best so far, the second ends the program.
@@ -262,17 +218,17 @@ fn fit_input(
                 let circumstances = Circumstances {
                     metric: options.metric,
                     max_theta_deg: options.filters.max_theta_deg,
-                    options: arguments.trust.record(OptionRecord {
-                        samples: arguments.samples.samples(),
-                        seed: options.seed,
-                        merl_bins: arguments.read.merl_bins(),
-                        loss: options.loss.name(),
-                        loss_scale: fitted.loss_scale,
-                        loss_scale_auto: fitted.loss_scale.map(|_| options.loss_scale.is_none()),
-                        timeout_s: arguments.timeout,
-                        parameters: arguments.settings.as_given(),
-                        ..OptionRecord::default()
-                    }),
+                    options: arguments.trust.record(arguments.loss.record(
+                        &fitted,
+                        OptionRecord {
+                            samples: arguments.samples.samples(),
+                            seed: options.seed,
+                            merl_bins: arguments.read.merl_bins(),
+                            timeout_s: arguments.timeout,
+                            parameters: arguments.settings.as_given(),
+                            ..OptionRecord::default()
+                        },
+                    )),
                     times,
                     fitted: true,
                 };

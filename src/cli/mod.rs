@@ -6,6 +6,7 @@ mod evaluate;
 mod fit;
 mod info;
 mod input;
+mod loss;
 mod models;
 mod output;
 mod progress;

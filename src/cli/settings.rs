@@ -100,5 +100,6 @@ fn split<'a>(option: &str, text: &'a str, form: &str) -> Result<(&'a str, &'a st
 }
 
 fn number(option: &str, text: &str, value: &str, form: &str) -> Result<f64, Error> {
-    value.trim().parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| wrong(option, text, form))
+    let number = value.trim().parse().ok().filter(|v: &f64| v.is_finite());
+    number.ok_or_else(|| wrong(option, text, &format!("{form} with numbers")))
 }

@@ -1,0 +1,73 @@
+//! Options about outliers.
+
+use brdfit::Error;
+use brdfit::fit::{Fit, LossKind, Options};
+use brdfit::report::OptionRecord;
+use clap::{Args, ValueEnum};
+
+/// How large residuals count.
+#[derive(Args)]
+pub struct LossArguments {
+    /// How residuals count that are far larger than the others
+    #[arg(long, value_enum, default_value_t = LossName::None)]
+    loss: LossName,
+    /// Where they begin to count less, in units of the residual; by default found from the residuals
+    #[arg(long, value_name = "S|auto")]
+    loss_scale: Option<String>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum LossName {
+    /// Squares
+    None,
+    /// Squares up to the scale, absolute values beyond
+    Huber,
+    /// The logarithm of one plus squares
+    Cauchy,
+}
+
+impl From<LossName> for LossKind {
+    fn from(name: LossName) -> Self {
+        match name {
+            LossName::None => Self::None,
+            LossName::Huber => Self::Huber,
+            LossName::Cauchy => Self::Cauchy,
+        }
+    }
+}
+
+impl LossArguments {
+    /// The fit's options with these.
+    pub fn apply(&self, options: Options) -> Result<Options, Error> {
+        Ok(Options { loss: self.loss.into(), loss_scale: self.scale()?, ..options })
+    }
+
+    /// The record of the options with these, as used in a fit.
+    pub fn record(&self, fit: &Fit, record: OptionRecord) -> OptionRecord {
+        let auto = self.loss_scale.as_deref().is_none_or(|text| text == "auto");
+        OptionRecord {
+            loss: LossKind::from(self.loss).name(),
+            loss_scale: fit.loss_scale,
+            loss_scale_auto: fit.loss_scale.map(|_| auto),
+            ..record
+        }
+    }
+
+    /// The scale that the user gave; none for auto.
+    fn scale(&self) -> Result<Option<f64>, Error> {
+        let Some(text) = self.loss_scale.as_deref() else { return Ok(None) };
+        if matches!(self.loss, LossName::None) {
+            return Err(Error::Usage("--loss-scale: expected --loss huber or cauchy beside it".to_owned()));
+        }
+        if text == "auto" {
+            return Ok(None);
+        }
+        // The square of the scale, and that of a residual in its unit, must remain numbers.
+        let scale = text.parse().ok().filter(|scale: &f64| (1e-100..=1e100).contains(scale));
+        scale.map(Some).ok_or_else(|| {
+            Error::Usage(format!(
+                "--loss-scale: expected a number from 1e-100 to 1e100, or 'auto', found '{text}'"
+            ))
+        })
+    }
+}
