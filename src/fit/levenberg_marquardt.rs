@@ -519,6 +519,16 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         if let Phase::Refinement(_) = self.phase {
             return TerminationStatus::NotTerminated;
         }
+        // Where columns are nearly alike the model promises what rounding does not let it keep. Columns of their
+        // own would promise the square of the cosine; below the tolerance of that, this is the minimum.
+        if self.termination == Some(Termination::Stalled)
+            && self
+                .current
+                .as_ref()
+                .is_some_and(|(x, model)| self.largest_cosine(x, model) <= self.tolerances.cost.sqrt())
+        {
+            self.termination = Some(Termination::ConvergedGradient);
+        }
         match self.termination {
             Some(reason) if reason.converged() => {
                 TerminationStatus::Terminated(TerminationReason::SolverConverged)
