@@ -38,12 +38,22 @@ const FLAT_SHARE: f64 = 0.3;
 /// Values within this ratio of each other are the same minimum.
 const SAME_VALUE: f64 = 0.05;
 
+/// A parameter at a bound.
+struct Bound {
+    name: String,
+    upper: bool,
+    value: f64,
+    channels: Vec<String>,
+    /// Whether it is the reflectance at normal incidence alone of a lobe that rises towards grazing.
+    reflectance: bool,
+}
+
 /// One warning per parameter at a bound, its channels together.
 pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
     let table = &fit.table;
-    let mut groups: Vec<(String, bool, f64, Vec<String>)> = Vec::new();
+    let mut groups: Vec<Bound> = Vec::new();
     for row in table.free_rows() {
-        for (at, upper, bound) in
+        for (at, upper, value) in
             [(row.at_lower(), false, row.bounds.0), (row.at_upper(), true, row.bounds.1)]
         {
             if !at {
@@ -51,23 +61,35 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
             }
             let name = table.parameter_name(row);
             let channel = row.channel.and_then(|c| table.channels().get(c)).cloned();
-            match groups.iter_mut().find(|(n, u, ..)| *n == name && *u == upper) {
-                Some((.., channels)) => channels.extend(channel),
-                None => groups.push((name, upper, bound, channel.into_iter().collect())),
+            match groups.iter_mut().find(|group| group.name == name && group.upper == upper) {
+                Some(group) => group.channels.extend(channel),
+                None => {
+                    let is_factor =
+                        |product: &Product| (product.lobe, product.second) == (row.lobe, row.parameter);
+                    let reflectance =
+                        row.spec.role == Role::Amplitude && table.products().iter().any(is_factor);
+                    let channels = channel.into_iter().collect();
+                    groups.push(Bound { name, upper, value, channels, reflectance });
+                }
             }
         }
     }
-    let text = |(name, upper, bound, channels): (String, bool, f64, Vec<String>)| {
+    let text = |Bound { name, upper, value, channels, reflectance }: Bound| {
         let side = if upper { "upper" } else { "lower" };
         let of = if channels.is_empty() { String::new() } else { format!(" for {}", channels.join(", ")) };
-        let advice = if !upper && bound == 0.0 {
-            "the data do not ask for it; fit without it, or check the data's zero".to_owned()
-        } else {
-            format!("it has no error there; widen it with --bounds {name}=LO..HI if that makes sense")
+        let advice = match (!upper && value == 0.0, reflectance) {
+            (true, false) => {
+                "the data do not ask for it; fit without it, or check the data's zero".to_owned()
+            }
+            // A lobe without reflectance at normal incidence is still there.
+            (true, true) => {
+                "its lobe only rises towards grazing; fit without that lobe and compare".to_owned()
+            }
+            _ => format!("it has no error there; widen it with --bounds {name}=LO..HI if that makes sense"),
         };
         Warning {
             kind: "at-bound",
-            text: format!("at its {side} bound {bound}{of}: {advice}"),
+            text: format!("at its {side} bound {value}{of}: {advice}"),
             parameter: Some(name),
         }
     };
