@@ -4,7 +4,7 @@
 //! the normal equations, which would halve the digits. Bounds are an active set: parameters that would leave are
 //! held at their bound, and let go once the model wants them back.
 
-use super::least_squares::{Linearisation, Rows};
+use super::least_squares::{Linearisation, Rows, held};
 use nalgebra::{DMatrix, DVector};
 
 /// Below this damping makes no difference, but keeps a rank-deficient model solvable.
@@ -35,14 +35,11 @@ impl BoundedModel<'_> {
         self.model.slope_at(p) + self.scale.component_mul(self.scale).component_mul(p) * self.lambda
     }
 
-    /// Whether parameter `j` at step `p` is at a bound that the slope pushes it against, or is pushed nowhere.
-    fn held(&self, j: usize, slope: f64, p: f64) -> bool {
-        self.room.get(j).is_some_and(|&(low, high)| (p <= low && slope >= 0.0) || (p >= high && slope <= 0.0))
-    }
-
+    /// Which parameters may move at step `p`.
     fn free_at(&self, p: &DVector<f64>) -> Vec<bool> {
         let slope = self.slope_at(p);
-        slope.iter().zip(p.iter()).enumerate().map(|(j, (slope, p))| !self.held(j, *slope, *p)).collect()
+        let entries = slope.iter().zip(p.iter()).zip(self.room);
+        entries.map(|((slope, p), room)| !held(*room, *p, *slope)).collect()
     }
 
     fn solve(&self, p: &DVector<f64>, free: &[bool]) -> DVector<f64> {
@@ -276,7 +273,7 @@ mod tests {
                 let slope = bounded.slope_at(&p);
                 for (j, (p, &(low, high))) in p.iter().zip(&room).enumerate() {
                     assert!(*p >= low && *p <= high, "trial {trial}: {p} outside {low}..{high}");
-                    let rest = if bounded.held(j, slope[j], *p) { 0.0 } else { slope[j].abs() / scale[j] };
+                    let rest = if held((low, high), *p, slope[j]) { 0.0 } else { slope[j].abs() / scale[j] };
                     assert!(rest < 1e-9, "trial {trial}: slope {rest:e} left along {j}");
                 }
             }

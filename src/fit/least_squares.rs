@@ -31,6 +31,11 @@ impl Rows {
     }
 }
 
+/// Whether a slope pushes a value out of its bounds, or nowhere.
+pub(super) fn held((low, high): (f64, f64), value: f64, slope: f64) -> bool {
+    (value <= low && slope >= 0.0) || (value >= high && slope <= 0.0)
+}
+
 /// A sum of squares and its linear model at one point.
 ///
 /// The rows need not be those of the Jacobian itself: any with the same J^T J and J^T r describe the same
@@ -79,6 +84,17 @@ impl Linearisation {
             -(2.0 * effect.dot(&rows.residual) + effect.norm_squared())
         };
         self.blocks.iter().map(of_block).sum()
+    }
+
+    /// Largest cosine between the residuals and the column of a parameter that its bounds let move from `x`.
+    pub(super) fn largest_cosine(&self, x: &DVector<f64>, bounds: &[(f64, f64)]) -> f64 {
+        let gradient = self.slope_at(&DVector::zeros(x.len()));
+        let lengths = self.column_lengths(x.len()) * self.cost.sqrt();
+        let entries = gradient.iter().zip(lengths.iter()).zip(x.iter()).zip(bounds);
+        entries
+            .filter(|(((g, _), x), bounds)| !held(**bounds, **x, **g))
+            .map(|(((g, length), _), _)| if *length > 0.0 { g.abs() / length } else { 0.0 })
+            .fold(0.0, f64::max)
     }
 
     /// Length of the Jacobian's column of each of `n` parameters.

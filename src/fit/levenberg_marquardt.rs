@@ -22,8 +22,6 @@ use crate::error::Error;
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Executor, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
 use nalgebra::{DMatrix, DVector};
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 /// The solver; see the module documentation.
 #[derive(Clone)]
@@ -130,27 +128,6 @@ impl LevenbergMarquardt {
     /// D with 1 for parameters that have had no effect yet.
     fn effective_scale(&self) -> DVector<f64> {
         self.scale.map(|s| if s > 0.0 { s } else { 1.0 })
-    }
-
-    /// Whether the gradient pushes parameter `j` at `x` out of its bounds, or nowhere.
-    fn held(&self, j: usize, x: f64, gradient: f64) -> bool {
-        self.bounds
-            .get(j)
-            .is_some_and(|&(lower, upper)| (x <= lower && gradient >= 0.0) || (x >= upper && gradient <= 0.0))
-    }
-
-    /// Largest cosine between the residuals and the column of a parameter that is free to move.
-    fn largest_cosine(&self, x: &DVector<f64>, model: &Linearisation) -> f64 {
-        let gradient = model.slope_at(&DVector::zeros(x.len()));
-        let lengths = model.column_lengths(x.len()) * model.cost.sqrt();
-        gradient
-            .iter()
-            .zip(lengths.iter())
-            .zip(x.iter())
-            .enumerate()
-            .filter(|(j, ((g, _), x))| !self.held(*j, **x, **g))
-            .map(|(_, ((g, length), _))| if *length > 0.0 { g.abs() / length } else { 0.0 })
-            .fold(0.0, f64::max)
     }
 
     /// The point itself, or the closest within the bounds.
@@ -408,21 +385,6 @@ fn lost_in_rounding(rise: f64, cost: f64) -> bool {
     rise <= f64::EPSILON.sqrt() * cost
 }
 
-impl LevenbergMarquardt {
-    /// What ends a minimisation from outside.
-    fn outside_reason(&self, state: &LmState) -> Option<Termination> {
-        if self.limits.stop.as_ref().is_some_and(|s| s.load(Ordering::Relaxed)) {
-            Some(Termination::Interrupted)
-        } else if self.limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
-            Some(Termination::Timeout)
-        } else if state.get_iter() >= self.limits.iterations {
-            Some(Termination::IterationLimit)
-        } else {
-            None
-        }
-    }
-}
-
 impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
     fn name(&self) -> &'static str {
         "Levenberg-Marquardt within bounds"
@@ -497,10 +459,11 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
 
     fn terminate(&mut self, state: &LmState) -> TerminationStatus {
         let previous = std::mem::replace(&mut self.phase, Phase::Over);
-        let ended = self.outside_reason(state);
+        let ended = self.limits.reason(state.get_iter());
         if self.termination.is_none() {
             let flat = self.current.as_ref().is_some_and(|(x, model)| {
-                model.cost <= self.cost_floor || self.largest_cosine(x, model) <= self.tolerances.gradient
+                model.cost <= self.cost_floor
+                    || model.largest_cosine(x, &self.bounds) <= self.tolerances.gradient
             });
             self.termination = if flat { Some(Termination::ConvergedGradient) } else { ended };
         }
@@ -522,10 +485,9 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         // Where columns are nearly alike the model promises what rounding does not let it keep. Columns of their
         // own would promise the square of the cosine; below the tolerance of that, this is the minimum.
         if self.termination == Some(Termination::Stalled)
-            && self
-                .current
-                .as_ref()
-                .is_some_and(|(x, model)| self.largest_cosine(x, model) <= self.tolerances.cost.sqrt())
+            && self.current.as_ref().is_some_and(|(x, model)| {
+                model.largest_cosine(x, &self.bounds) <= self.tolerances.cost.sqrt()
+            })
         {
             self.termination = Some(Termination::ConvergedGradient);
         }

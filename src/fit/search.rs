@@ -106,7 +106,7 @@ impl Task<'_> {
         Ok((start, polished))
     }
 
-    /// The best of what the starts led to. Minima that are close on part of the samples compete on all.
+    /// The best of what the starts led to. Minima that are close on part of the samples compete on more.
     fn best_of(
         &self,
         mut ends: Vec<(Start, ParameterTable)>,

@@ -14,7 +14,7 @@
 
 use super::least_squares::{LeastSquares, Linearisation};
 use super::levenberg_marquardt::minimise;
-use super::termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};
+use super::termination::{Limits, Observer, Solution, Termination, Tolerances};
 use crate::error::Error;
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{
@@ -30,8 +30,6 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::cell::RefCell;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 /// What minimises the cost in the final fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -140,24 +138,19 @@ pub fn minimise_with<P: LeastSquares>(
         scale: model.cost,
         record: RefCell::new(Record { last: None, best: (first.clone(), model), evaluations: 1 }),
     };
-    let watch = Watch {
-        iterations: kind.iterations(limits.iterations, n),
-        stop: limits.stop.clone(),
-        deadline: limits.deadline,
-        stopped: None,
-    };
-    let observer = limits.observer.map(|observer| Heard { observer, scale: seen.scale });
+    let observer = limits.observer.clone().map(|observer| Heard { observer, scale: seen.scale });
+    let limits = Limits { iterations: kind.iterations(limits.iterations, n), ..limits };
     let (ended, iterations) = match kind {
-        SolverKind::NelderMead => seen.nelder_mead(&first, watch, observer),
-        SolverKind::ParticleSwarm => seen.particle_swarm(&first, watch, observer, seed),
-        SolverKind::LBfgs | SolverKind::LevenbergMarquardt => seen.l_bfgs(&first, watch, observer),
+        SolverKind::NelderMead => seen.nelder_mead(&first, limits, observer),
+        SolverKind::ParticleSwarm => seen.particle_swarm(&first, limits, observer, seed),
+        SolverKind::LBfgs | SolverKind::LevenbergMarquardt => seen.l_bfgs(&first, limits, observer),
     }
     .map_err(|error| Error::Optimiser(error.to_string()))?;
     seen.try_bounds(&bounds);
     let Record { best, evaluations, .. } = seen.record.into_inner();
     let termination = match ended {
         Ended::With(termination) => termination,
-        Ended::LineSearchFailed if largest_cosine(&best.0, &best.1, &bounds) <= COSINE_TOLERANCE => {
+        Ended::LineSearchFailed if best.1.largest_cosine(&best.0, &bounds) <= COSINE_TOLERANCE => {
             Termination::ConvergedGradient
         }
         Ended::LineSearchFailed => Termination::Stalled,
@@ -171,36 +164,19 @@ enum Ended {
     LineSearchFailed,
 }
 
-/// What limits a solver from outside.
-#[derive(Clone)]
-struct Watch {
-    iterations: u64,
-    stop: Option<StopSignal>,
-    deadline: Option<Instant>,
-    /// Why it was stopped, once it was.
-    stopped: Option<Termination>,
-}
-
-impl Watch {
-    /// Why to end after so many iterations, if there is a reason.
-    fn reason(&self, iterations: u64) -> Option<Termination> {
-        if self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
-            Some(Termination::Interrupted)
-        } else if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
-            Some(Termination::Timeout)
-        } else if iterations >= self.iterations {
-            Some(Termination::IterationLimit)
-        } else {
-            None
-        }
-    }
-}
-
 /// A solver that also ends when it is told to.
 #[derive(Clone)]
 struct Watched<S> {
     solver: S,
-    watch: Watch,
+    limits: Limits,
+    /// Why it was stopped, once it was.
+    stopped: Option<Termination>,
+}
+
+impl<S> Watched<S> {
+    fn new(solver: S, limits: Limits) -> Self {
+        Self { solver, limits, stopped: None }
+    }
 }
 
 impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Watched<S> {
@@ -225,8 +201,8 @@ impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Watched<S> {
         if own.terminated() {
             return own;
         }
-        self.watch.stopped = self.watch.reason(state.get_iter());
-        match self.watch.stopped {
+        self.stopped = self.limits.reason(state.get_iter());
+        match self.stopped {
             Some(reason) => {
                 TerminationStatus::Terminated(TerminationReason::SolverExit(reason.name().to_owned()))
             }
@@ -241,7 +217,7 @@ impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Watched<S> {
 #[derive(Clone)]
 struct Capped<S> {
     search: S,
-    watch: Watch,
+    limits: Limits,
 }
 
 impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Capped<S> {
@@ -258,7 +234,7 @@ impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Capped<S> {
         problem: &mut Problem<O>,
         state: I,
     ) -> Result<(I, Option<KV>), argmin::core::Error> {
-        match self.watch.reason(state.get_iter()) {
+        match self.limits.reason(state.get_iter()) {
             Some(reason) => Err(argmin::core::Error::msg(reason.name())),
             None => self.search.next_iter(problem, state),
         }
@@ -411,16 +387,17 @@ impl<P: LeastSquares> PlainCost<'_, P> {
     fn l_bfgs(
         &self,
         start: &DVector<f64>,
-        watch: Watch,
+        limits: Limits,
         observer: Option<Heard>,
     ) -> Result<(Ended, u64), argmin::core::Error> {
         let search: MoreThuenteLineSearch<Point, Point, f64> = MoreThuenteLineSearch::new();
-        let search = Capped { search, watch: Watch { iterations: LINE_SEARCH_ITERATIONS, ..watch.clone() } };
+        let search =
+            Capped { search, limits: Limits { iterations: LINE_SEARCH_ITERATIONS, ..limits.clone() } };
         let solver: LBFGS<_, Point, Point, f64> = LBFGS::new(search, MEMORY)
             .with_tolerance_grad(GRADIENT_TOLERANCE)?
             .with_tolerance_cost(COST_TOLERANCE)?;
         let start = self.start(start);
-        let mut executor = Executor::new(self, Watched { solver, watch })
+        let mut executor = Executor::new(self, Watched::new(solver, limits))
             .configure(|state: PointState| state.param(start))
             .ctrlc(false)
             .timer(false);
@@ -429,7 +406,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         }
         let result = executor.run()?;
         let state = result.state;
-        let ended = match (state.get_termination_reason(), result.solver.watch.stopped) {
+        let ended = match (state.get_termination_reason(), result.solver.stopped) {
             (Some(TerminationReason::SolverConverged), _) => {
                 let gradient = state.get_gradient().map_or(f64::INFINITY, |g| norm(g));
                 Ended::With(if gradient < GRADIENT_TOLERANCE {
@@ -440,7 +417,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
             }
             (_, Some(stopped)) => Ended::With(stopped),
             // The line search may have been the one to be stopped.
-            _ => match result.solver.watch.reason(0) {
+            _ => match result.solver.limits.reason(0) {
                 Some(stopped) => Ended::With(stopped),
                 None => Ended::LineSearchFailed,
             },
@@ -451,7 +428,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
     fn nelder_mead(
         &self,
         start: &DVector<f64>,
-        watch: Watch,
+        limits: Limits,
         observer: Option<Heard>,
     ) -> Result<(Ended, u64), argmin::core::Error> {
         let corner = self.start(start);
@@ -462,7 +439,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
             simplex.push(other);
         }
         let solver: NelderMead<Point, f64> = NelderMead::new(simplex).with_sd_tolerance(COST_TOLERANCE)?;
-        let mut executor = Executor::new(self, Watched { solver, watch })
+        let mut executor = Executor::new(self, Watched::new(solver, limits))
             .configure(|state: SimplexState| state)
             .ctrlc(false)
             .timer(false);
@@ -472,7 +449,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         let result = executor.run()?;
         let converged =
             matches!(result.state.get_termination_reason(), Some(TerminationReason::SolverConverged));
-        let stopped = result.solver.watch.stopped.unwrap_or(Termination::IterationLimit);
+        let stopped = result.solver.stopped.unwrap_or(Termination::IterationLimit);
         let ended = if converged { Termination::ConvergedCost } else { stopped };
         Ok((Ended::With(ended), result.state.get_iter()))
     }
@@ -480,7 +457,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
     fn particle_swarm(
         &self,
         start: &DVector<f64>,
-        watch: Watch,
+        limits: Limits,
         observer: Option<Heard>,
         seed: u64,
     ) -> Result<(Ended, u64), argmin::core::Error> {
@@ -507,7 +484,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         let numbers =
             <Xoshiro256PlusPlus as rand_xoshiro::rand_core::SeedableRng>::seed_from_u64(seed ^ SWARM_STREAM);
         let solver = ParticleSwarm::new((low, high), PARTICLES).with_rng_generator(numbers);
-        let mut executor = Executor::new(self, Watched { solver, watch })
+        let mut executor = Executor::new(self, Watched::new(solver, limits))
             .configure(|state: Swarm| state.population(particles))
             .ctrlc(false)
             .timer(false);
@@ -515,20 +492,9 @@ impl<P: LeastSquares> PlainCost<'_, P> {
             executor = executor.add_observer(observer, ObserverMode::Always);
         }
         let result = executor.run()?;
-        let stopped = result.solver.watch.stopped.unwrap_or(Termination::IterationLimit);
+        let stopped = result.solver.stopped.unwrap_or(Termination::IterationLimit);
         Ok((Ended::With(stopped), result.state.get_iter()))
     }
-}
-
-/// Largest cosine between the residuals and the effect of a parameter that its bounds let move.
-fn largest_cosine(x: &DVector<f64>, model: &Linearisation, bounds: &[(f64, f64)]) -> f64 {
-    let gradient = model.slope_at(&DVector::zeros(x.len()));
-    let lengths = model.column_lengths(x.len()) * model.cost.sqrt();
-    let entries = gradient.iter().zip(lengths.iter()).zip(x.iter()).zip(bounds);
-    entries
-        .filter(|(((g, _), x), (low, high))| !((*x <= low && **g >= 0.0) || (*x >= high && **g <= 0.0)))
-        .map(|(((g, length), _), _)| if *length > 0.0 { g.abs() / length } else { 0.0 })
-        .fold(0.0, f64::max)
 }
 
 fn norm(v: &[f64]) -> f64 {
@@ -638,7 +604,7 @@ mod tests {
             let stop = Some(Arc::new(AtomicBool::new(true)));
             let solution = solve(kind, bounds, [-1.2, 1.0], Limits { stop, ..Limits::iterations(300) });
             assert_eq!(solution.termination, Termination::Interrupted);
-            let deadline = Some(Instant::now());
+            let deadline = Some(std::time::Instant::now());
             let solution = solve(kind, bounds, [-1.2, 1.0], Limits { deadline, ..Limits::iterations(300) });
             assert_eq!(solution.termination, Termination::Timeout);
             let solution = solve(kind, bounds, [-1.2, 1.0], Limits::iterations(0));

@@ -3,7 +3,7 @@
 use super::least_squares::Linearisation;
 use nalgebra::DVector;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Why a fit stopped.
@@ -96,6 +96,19 @@ impl Limits {
     #[must_use]
     pub fn iterations(iterations: u64) -> Self {
         Self { iterations, stop: None, deadline: None, observer: None }
+    }
+
+    /// Why to end after so many iterations, if there is a reason.
+    pub(super) fn reason(&self, iterations: u64) -> Option<Termination> {
+        if self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            Some(Termination::Interrupted)
+        } else if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            Some(Termination::Timeout)
+        } else if iterations >= self.iterations {
+            Some(Termination::IterationLimit)
+        } else {
+            None
+        }
     }
 }
 

@@ -101,7 +101,7 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
 /// Parameters whose error rests on others staying at their bounds.
 fn dependent(fit: &Fit) -> Option<Warning> {
     let rows = &fit.covariance.as_ref()?.dependent;
-    let names: Vec<String> = rows.iter().map(|row| fit.table.name(*row)).collect();
+    let names = names_of(fit, rows);
     Some(Warning {
         kind: "at-bound",
         parameter: Some(names.first()?.clone()),
@@ -126,6 +126,11 @@ pub(super) fn identifiability(fit: &Fit, samples: &Samples, profiles: &[Profile]
     warnings
 }
 
+/// The full names of rows of the parameter table.
+fn names_of(fit: &Fit, rows: &[usize]) -> Vec<String> {
+    rows.iter().map(|row| fit.table.name(*row)).collect()
+}
+
 /// All names but the first, which a warning is about.
 fn and_that_of(names: &[String]) -> String {
     match names {
@@ -136,7 +141,7 @@ fn and_that_of(names: &[String]) -> String {
 
 fn undetermined(fit: &Fit) -> Option<Warning> {
     let rows = &fit.covariance.as_ref()?.undetermined;
-    let names: Vec<String> = rows.iter().map(|row| fit.table.name(*row)).collect();
+    let names = names_of(fit, rows);
     Some(Warning {
         kind: "not-identifiable",
         parameter: Some(names.first()?.clone()),
@@ -311,7 +316,7 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
 /// A combination of several parameters that is known far worse than the others.
 fn ill_conditioned(fit: &Fit) -> Option<Warning> {
     let covariance = fit.covariance.as_ref().filter(|c| c.condition > ILL_CONDITIONED)?;
-    let names: Vec<String> = covariance.weakest.iter().map(|row| fit.table.name(*row)).collect();
+    let names = names_of(fit, &covariance.weakest);
     Some(Warning {
         kind: "ill-conditioned",
         parameter: Some(names.first()?.clone()),
@@ -326,7 +331,7 @@ fn ill_conditioned(fit: &Fit) -> Option<Warning> {
 /// Parameters whose samples the loss discards.
 pub(super) fn discarded(fit: &Fit) -> Option<Warning> {
     let rows = &fit.covariance.as_ref()?.discarded;
-    let names: Vec<String> = rows.iter().map(|row| fit.table.name(*row)).collect();
+    let names = names_of(fit, rows);
     Some(Warning {
         kind: "loss-discards",
         parameter: Some(names.first()?.clone()),
