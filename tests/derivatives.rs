@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use brdfit::fit::{LeastSquares, Metric, ParameterTable, ReflectanceProblem, Selector, Setting};
-use brdfit::geometry::{Block, Directions, Geometry, direction};
+use brdfit::geometry::{Block, Directions, Geometry, Row, direction};
 use brdfit::math::Scalar;
 use brdfit::measurement::{Filters, Samples};
 use brdfit::model::{AnyModel, BasisBlock, Choices, Expression, REGISTRY, Role, Scale};
@@ -130,13 +130,12 @@ fn by_blocks(model: &AnyModel, g: Geometry<f64>, shapes: &[f64], amplitudes: &[f
     let mut block = Block::new();
     block.fill(std::iter::once(g));
     let mut basis = BasisBlock::default();
-    model.differentiate(&block, shapes, &mut basis);
+    model.evaluate(&block, shapes, true, &mut basis);
     let coefficients = model.coefficients(amplitudes);
-    let sum = |rows: &[Vec<f64>], a: &[f64]| rows.iter().zip(a).map(|(row, a)| row[0] * a).sum::<f64>();
-    let mut derivatives: Vec<f64> =
-        basis.partials.iter().map(|rows| sum(rows, &coefficients.values)).collect();
-    derivatives.extend(coefficients.partials.iter().map(|partials| sum(&basis.values, partials)));
-    (sum(&basis.values, &coefficients.values), derivatives)
+    let sum = |rows: &[Row], a: &[f64]| rows.iter().zip(a).map(|(row, a)| row[0] * a).sum::<f64>();
+    let by_shape = (0..shapes.len()).map(|shape| sum(basis.partials(shape), &coefficients.values));
+    let by_amplitude = coefficients.partials.iter().map(|partials| sum(basis.values(), partials));
+    (sum(basis.values(), &coefficients.values), by_shape.chain(by_amplitude).collect())
 }
 
 /// Runs a check on every variant of every model at random parameters and directions.

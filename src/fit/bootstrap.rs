@@ -183,7 +183,7 @@ impl Task<'_> {
         for (weight, sample) in drawn.weights.iter_mut().zip(&kept) {
             *weight *= count(groups.of_sample.get(*sample).map_or(0, |group| times_of(*group)));
         }
-        let problem = self.problem(&drawn, table.clone(), objective);
+        let problem = self.problem(&self.observe(&drawn), table.clone(), objective);
         let start = DVector::from_vec(table.coordinates());
         let solution = minimise(&problem, start, LOOSE, limits)?;
         let stopped = [Termination::Interrupted, Termination::Timeout, Termination::Invalid];

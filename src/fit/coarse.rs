@@ -8,17 +8,18 @@
 use super::absent::past_absent_lobes;
 use super::levenberg_marquardt::minimise;
 use super::loss::Objective;
+use super::observed::Observed;
 use super::parameters::{ParameterTable, Status};
 use super::problem::ReflectanceProblem;
 use super::termination::{Limits, Tolerances};
 use crate::error::Error;
 use crate::math::count;
-use crate::measurement::Samples;
 use crate::model::{Expression, Role, Scale};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Points of the scan: along one shape, along each of two, and in all over three or more.
 const POINTS: [usize; 3] = [30, 20, 300];
@@ -141,7 +142,7 @@ fn halton(index: usize, base: usize) -> f64 {
 /// [`Error::Optimiser`] for a defect.
 pub(super) fn scan(
     expression: &Expression,
-    samples: &Samples,
+    samples: &Arc<Observed<'_>>,
     table: &ParameterTable,
     objective: Objective,
     seed: u64,
@@ -212,12 +213,13 @@ fn profiles(axes: &[Axis], points: &[Vec<f64>], candidates: &[Candidate]) -> Vec
 /// Solves the amplitudes for the shapes of `table`.
 fn solve_amplitudes(
     expression: &Expression,
-    samples: &Samples,
+    samples: &Arc<Observed<'_>>,
     table: ParameterTable,
     objective: Objective,
     limits: &Limits,
 ) -> Result<Candidate, Error> {
-    let problem = ReflectanceProblem::new(expression, samples, table.with_fixed(Role::Shape), objective);
+    let problem =
+        ReflectanceProblem::of(expression, Arc::clone(samples), table.with_fixed(Role::Shape), objective);
     let start = DVector::from_vec(problem.table().coordinates());
     // A scan needs to tell basins apart, no more; products of amplitudes still take some iterations.
     let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };

@@ -1,12 +1,15 @@
 //! Every error of docs/conventions.md, whichever was fitted.
 
+use super::kernels::{Term, reflectance, scale_each, sum};
 use super::metric::Metric;
+use super::observed::row;
 use super::parameters::ParameterTable;
-use super::problem::add_scaled;
-use crate::geometry::{BLOCK, Block};
-use crate::math::count;
+use super::triangle::dot;
+use crate::geometry::{Block, Row};
+use crate::math::{Real, Scalar, count};
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Expression};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// The errors between model and measurement. docs/conventions.md defines each.
@@ -72,38 +75,42 @@ impl Sums {
 pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable) -> ErrorTable {
     let channels = samples.values.len();
     let all_values: Vec<_> = (0..channels).map(|channel| table.formula_values(channel)).collect();
+    let terms: Vec<Vec<Term>> = all_values
+        .iter()
+        .map(|values| {
+            let lobes = expression.lobes().iter().zip(values);
+            let coefficients = lobes.map(|(lobe, (_, amplitudes))| lobe.model.coefficients(amplitudes));
+            reflectance(&coefficients.collect::<Vec<_>>())
+        })
+        .collect();
     let ranges: Vec<_> = samples.directions.blocks().collect();
+    let arch = Arch::new();
     // Groups of blocks in a fixed division, summed in order.
     let partial: Vec<Vec<Sums>> = ranges
-        .par_chunks(64)
+        .par_chunks(BLOCKS_PER_GROUP)
         .map(|ranges| {
             let mut sums = vec![Sums::default(); channels];
             let mut block = Block::new();
             let mut bases = vec![BasisBlock::default(); expression.lobes().len()];
-            let mut f = Vec::with_capacity(BLOCK);
             for range in ranges {
                 samples.directions.fill(range.clone(), &mut block);
-                for ((channel, values), measured) in all_values.iter().enumerate().zip(&samples.values) {
-                    f.clear();
-                    f.resize(block.len(), 0.0);
-                    let lobes = expression.lobes().iter().zip(values).zip(&mut bases).enumerate();
-                    for (index, ((lobe, (shapes, amplitudes)), basis)) in lobes {
-                        // Channels with the same shapes share the basis of the one before.
-                        let before = channel.checked_sub(1).and_then(|c| all_values.get(c)?.get(index));
-                        if before.is_none_or(|(earlier, _)| earlier != shapes) {
-                            lobe.model.evaluate(&block, shapes, basis);
-                        }
-                        let coefficients = lobe.model.coefficients(amplitudes).values;
-                        for (row, coefficient) in basis.values.iter().zip(coefficients) {
-                            add_scaled(&mut f, row, coefficient);
-                        }
+                bases.iter_mut().for_each(BasisBlock::forget);
+                let weights = row(samples.weights.get(range.clone()).unwrap_or_default(), 0.0);
+                let of_channels = all_values.iter().zip(&terms).zip(&samples.values).zip(&mut sums);
+                for (((values, terms), measured), sums) in of_channels {
+                    for ((lobe, (shapes, _)), basis) in expression.lobes().iter().zip(values).zip(&mut bases)
+                    {
+                        lobe.model.evaluate(&block, shapes, false, basis);
                     }
-                    let Some(sum) = sums.get_mut(channel) else { continue };
-                    let weights = samples.weights.get(range.clone()).unwrap_or_default();
-                    let measured = measured.get(range.clone()).unwrap_or_default();
-                    for (((g, f), measured), w) in block.samples().iter().zip(&f).zip(measured).zip(weights) {
-                        accumulate(sum, *w, g.cos_i(), g.cos_o(), *f, *measured);
-                    }
+                    let measured = row(measured.get(range.clone()).unwrap_or_default(), 0.0);
+                    let part = Comparison {
+                        block: &block,
+                        bases: &bases,
+                        terms,
+                        measured: &measured,
+                        weights: &weights,
+                    };
+                    sums.add(&arch.dispatch(part));
                 }
             }
             sums
@@ -122,15 +129,51 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
     }
 }
 
-fn accumulate(sums: &mut Sums, weight: f64, cos_i: f64, cos_o: f64, f: f64, measured: f64) {
-    let (x, target) = (f * cos_i, measured * cos_i);
-    for (sum, metric) in sums.squares.iter_mut().zip(Metric::ALL) {
-        let difference = metric.exact(x) - metric.exact(metric.measured(target));
-        *sum += weight * difference * difference;
+/// So many blocks are summed up by one thread.
+const BLOCKS_PER_GROUP: usize = 64;
+
+/// One channel of one block.
+struct Comparison<'a> {
+    block: &'a Block,
+    bases: &'a [BasisBlock],
+    terms: &'a [Term],
+    measured: &'a Row,
+    /// Zero where there is no sample.
+    weights: &'a Row,
+}
+
+impl WithSimd for Comparison<'_> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Sums {
+        let Self { block, bases, terms, measured, weights } = self;
+        let f = sum(bases, terms);
+        let (mut x, mut target) = (f, *measured);
+        scale_each(&mut x, block.cos_i());
+        scale_each(&mut target, block.cos_i());
+        let squares = Metric::ALL.map(|metric| {
+            let mut difference = metric.exact_row(&x);
+            let wanted = metric.exact_row(&target.map(|x| metric.measured(x)));
+            difference.iter_mut().zip(&wanted).for_each(|(d, w)| *d -= w);
+            let mut weighted = difference;
+            scale_each(&mut weighted, weights);
+            dot(&weighted, &difference)
+        });
+        let mut ratios = f;
+        let samples = ratios.iter_mut().zip(measured).zip(block.cos_i()).zip(block.cos_o());
+        for (((ratio, measured), cos_i), cos_o) in samples {
+            let q = (cos_i * cos_o).greater(LOG_RATIO_OFFSET);
+            let argument = |f: f64| f.greater(0.0) * q + LOG_RATIO_OFFSET;
+            *ratio = Scalar::ln(argument(*ratio) / argument(*measured)).abs();
+        }
+        let mut difference = x;
+        difference.iter_mut().zip(&target).for_each(|(d, t)| *d = (*d - t).abs());
+        Sums {
+            squares,
+            log_ratio: dot(&ratios, weights),
+            difference: dot(&difference, weights),
+            measured: dot(&target, weights),
+        }
     }
-    let q = (cos_i * cos_o).max(LOG_RATIO_OFFSET);
-    let argument = |f: f64| f.max(0.0) * q + LOG_RATIO_OFFSET;
-    sums.log_ratio += weight * (argument(f) / argument(measured)).ln().abs();
-    sums.difference += weight * (x - target).abs();
-    sums.measured += weight * target;
 }

@@ -13,7 +13,7 @@ use super::uncertainty::Covariance;
 use super::warnings::{self, Warning};
 use crate::error::Error;
 use crate::math::count;
-use crate::measurement::{Samples, Weighting};
+use crate::measurement::Weighting;
 
 /// Criteria that weigh the error against the number of parameters; none where the cost is no likelihood.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,7 +34,7 @@ const LEAST_INFORMATION: f64 = 0.1;
 impl Task<'_> {
     /// The rows that a loss leaves little of what the samples know about them.
     fn discarded(&self, table: &ParameterTable, solution: &Solution) -> Vec<usize> {
-        let plain = self.problem(self.samples, table.clone(), self.options.metric.into());
+        let plain = self.problem(&self.observe(self.samples), table.clone(), self.options.metric.into());
         let lengths = |model: &Linearisation| model.column_lengths(solution.x.len());
         let (kept, all) = (lengths(&solution.linearisation), lengths(&plain.linearise(&solution.x)));
         let lost = |((row, kept), all): ((&usize, &f64), &f64)| {
@@ -145,21 +145,19 @@ impl Task<'_> {
     fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
         let mut warnings = Vec::new();
         let mut seen: Vec<(usize, usize)> = Vec::new();
-        // Drawn and fitted as it is once, for the first parameter that asks.
-        let mut baseline: Option<(Samples, f64)> = None;
+        // Fitted as it is once, for the first parameter that asks.
+        let few = self.samples.subset(CHECK_SAMPLES, self.options.seed);
+        let few = self.observe(&few);
+        let mut baseline: Option<f64> = None;
         for row in table.rows() {
             let place = (row.lobe, row.parameter);
             if !row.spec.fixed || row.status != Status::Fixed || row.given || seen.contains(&place) {
                 continue;
             }
             seen.push(place);
-            let (few, held) = match baseline.take() {
-                Some(known) => known,
-                None => {
-                    let few = self.samples.subset(CHECK_SAMPLES, self.options.seed);
-                    let held = self.polish(&few, table.clone(), objective, 30)?.cost;
-                    (few, held)
-                }
+            let held = match baseline {
+                Some(held) => held,
+                None => *baseline.insert(self.polish(&few, table.clone(), objective, 30)?.cost),
             };
             let freed = table.with_freed(table.places(row.lobe, row.parameter));
             let loose = self.polish(&few, freed, objective, 30)?.cost;
@@ -175,7 +173,6 @@ impl Task<'_> {
                     ),
                 });
             }
-            baseline = Some((few, held));
         }
         Ok(warnings)
     }

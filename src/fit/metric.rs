@@ -1,5 +1,8 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
+use crate::geometry::{BLOCK, Row};
+use crate::math::Real;
+
 /// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Metric {
@@ -33,18 +36,19 @@ impl Metric {
     }
 
     /// A measured value as the metric takes it.
+    #[inline(always)]
     #[must_use]
     pub fn measured(self, x: f64) -> f64 {
-        if self == Self::Log { x.max(LOG_FLOOR) } else { x }
+        if self == Self::Log { x.greater(LOG_FLOOR) } else { x }
     }
 
-    /// g(x), exactly as the metric is defined.
-    #[must_use]
-    pub fn exact(self, x: f64) -> f64 {
+    /// g(x) of a row, exactly as the metric is defined.
+    #[inline(always)]
+    pub(super) fn exact_row(self, x: &Row) -> Row {
         match self {
-            Self::L2 => x,
-            Self::Log => x.ln_1p(),
-            Self::Cbrt => x.cbrt(),
+            Self::L2 => *x,
+            Self::Log => x.map(Real::ln_1p),
+            Self::Cbrt => x.map(f64::cbrt),
         }
     }
 
@@ -68,15 +72,28 @@ pub(super) struct Transform {
 
 impl Transform {
     /// g(x) and g'(x).
-    #[inline]
+    #[cfg(test)]
     pub(super) fn apply(self, x: f64) -> (f64, f64) {
+        let ([g, ..], [slope, ..]) = self.apply_row(&[x; BLOCK]);
+        (g, slope)
+    }
+
+    /// g(x) and g'(x) of a row.
+    #[inline(always)]
+    pub(super) fn apply_row(self, x: &Row) -> (Row, Row) {
         match self.metric {
-            Metric::L2 => (x, 1.0),
-            Metric::Log => (x.ln_1p(), 1.0 / (1.0 + x)),
+            Metric::L2 => (*x, [1.0; BLOCK]),
+            Metric::Log => (x.map(Real::ln_1p), x.map(|x| 1.0 / (1.0 + x))),
             Metric::Cbrt => {
-                let square = x * x + self.smoothing2;
-                let root = 1.0 / square.cbrt();
-                (x * root, root * (1.0 - (2.0 / 3.0) * (x * x / square)))
+                let (mut g, mut slope) = ([0.0; BLOCK], [0.0; BLOCK]);
+                for ((g, slope), x) in g.iter_mut().zip(&mut slope).zip(x) {
+                    let square = x * x + self.smoothing2;
+                    let root = 1.0 / square.cbrt();
+                    *g = x * root;
+                    // x^2/square = g^2 root
+                    *slope = root * (1.0 - (2.0 / 3.0) * (*g * *g * root));
+                }
+                (g, slope)
             }
         }
     }

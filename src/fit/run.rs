@@ -9,6 +9,7 @@ use super::least_squares::LeastSquares;
 use super::levenberg_marquardt::minimise;
 use super::loss::{LossKind, Objective};
 use super::metric::Metric;
+use super::observed::Observed;
 use super::parameters::{ParameterTable, Settings, Status};
 use super::problem::ReflectanceProblem;
 use super::search::{Found, Start};
@@ -171,7 +172,7 @@ pub fn fit(
     let (table, found) = task.search(table)?;
 
     progress.stage("fitting");
-    let problem = task.problem(&samples, table.clone(), found.objective);
+    let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
     // The search has left its best values in the table; `initial` remembers where they came from.
     let start = DVector::from_vec(table.coordinates());
     let heard = Arc::clone(progress);
@@ -233,7 +234,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
     let table = table.with_fixed(Role::Shape).with_fixed(Role::Amplitude);
     let task = Task { expression, samples: &samples, options };
     let found = Found { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
-    let problem = task.problem(&samples, table.clone(), found.objective);
+    let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
     let mut fit = task.judge(&problem, table, solution, found, None)?;
     fit.warnings.retain(|warning| warning.kind == "not-usable");
@@ -263,18 +264,23 @@ impl Task<'_> {
         Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
     }
 
+    /// Samples prepared for the metric of the fit.
+    pub(super) fn observe<'s>(&self, samples: &'s Samples) -> Arc<Observed<'s>> {
+        Arc::new(Observed::new(samples, self.options.metric))
+    }
+
     pub(super) fn problem<'s>(
         &'s self,
-        samples: &'s Samples,
+        samples: &Arc<Observed<'s>>,
         table: ParameterTable,
         objective: Objective,
     ) -> ReflectanceProblem<'s> {
-        ReflectanceProblem::new(self.expression, samples, table, objective)
+        ReflectanceProblem::of(self.expression, Arc::clone(samples), table, objective)
     }
 
     pub(super) fn polish(
         &self,
-        samples: &Samples,
+        samples: &Arc<Observed<'_>>,
         table: ParameterTable,
         objective: Objective,
         iterations: u64,

@@ -2,14 +2,16 @@
 
 use super::coarse::{Candidate, Profile, scan};
 use super::loss::{LossKind, Objective};
+use super::observed::Observed;
 use super::parameters::ParameterTable;
 use super::run::{POLISH_SAMPLES, Task};
 use super::termination::Termination;
 use super::warnings;
 use crate::error::Error;
-use crate::measurement::Samples;
 use crate::model::Role;
 use nalgebra::DVector;
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// One start of the search and where it led.
 #[derive(Clone, Debug)]
@@ -54,8 +56,10 @@ impl Task<'_> {
     /// The best start found, polished on part of the samples, and what was seen on the way.
     pub(super) fn search(&self, mut table: ParameterTable) -> Result<(ParameterTable, Found), Error> {
         let few = self.samples.subset(SCAN_SAMPLES, self.options.seed);
+        let few = self.observe(&few);
         let more = self.samples.subset(POLISH_SAMPLES, self.options.seed);
-        let widest = self.widest_scale(&few, &table);
+        let more = self.observe(&more);
+        let widest = self.widest_scale(&few);
         let mut objective = Objective { metric: self.options.metric, loss: self.options.loss, scale: widest };
         let mut starts = Vec::new();
         let mut profiles = Vec::new();
@@ -64,7 +68,7 @@ impl Task<'_> {
                 scan(self.expression, &few, &table, objective, self.options.seed, &self.limits(0, None))?;
             let ends: Result<Vec<(Start, ParameterTable)>, Error> = seen
                 .candidates
-                .into_iter()
+                .into_par_iter()
                 .map(|candidate| self.follow(&more, candidate, objective))
                 .collect();
             let ends = ends?;
@@ -79,7 +83,7 @@ impl Task<'_> {
                 let solution = self.polish(&more, table.clone(), objective, POLISH_ITERATIONS)?;
                 table.set_coordinates(solution.x.as_slice());
             }
-            objective.scale = self.loss_scale(self.samples, &table, objective, widest);
+            objective.scale = self.loss_scale(&self.observe(self.samples), &table, objective, widest);
         }
         Ok((table, Found { objective, starts, profiles }))
     }
@@ -87,7 +91,7 @@ impl Task<'_> {
     /// Polishes one point of the scan.
     fn follow(
         &self,
-        samples: &Samples,
+        samples: &Arc<Observed<'_>>,
         candidate: Candidate,
         objective: Objective,
     ) -> Result<(Start, ParameterTable), Error> {
@@ -133,6 +137,7 @@ impl Task<'_> {
             return Ok(rivals.into_iter().next().map(|(_, table)| table));
         }
         let many = self.samples.subset(RACE_SAMPLES, self.options.seed);
+        let many = self.observe(&many);
         let mut best: Option<(f64, ParameterTable)> = None;
         for (_, mut table) in rivals {
             let solution = self.polish(&many, table.clone(), objective, RACE_ITERATIONS)?;
@@ -146,12 +151,11 @@ impl Task<'_> {
 
     /// A scale of the loss beyond which no residual of a sensible fit lies: the search starts with it,
     /// while the bulk of the data is still far from any model.
-    fn widest_scale(&self, samples: &Samples, table: &ParameterTable) -> f64 {
+    fn widest_scale(&self, samples: &Observed<'_>) -> f64 {
         if self.options.loss == LossKind::None {
             return 1.0;
         }
-        let quantile =
-            self.problem(samples, table.clone(), self.options.metric.into()).data_quantile(BULK_OF_DATA);
+        let quantile = samples.quantile(BULK_OF_DATA);
         // Data that are zero throughout have no scale; any will do.
         if quantile > 0.0 { quantile } else { 1.0 }
     }
@@ -159,7 +163,7 @@ impl Task<'_> {
     /// The scale that the user gave, or that of the residuals at the values in `table`.
     fn loss_scale(
         &self,
-        samples: &Samples,
+        samples: &Arc<Observed<'_>>,
         table: &ParameterTable,
         objective: Objective,
         widest: f64,

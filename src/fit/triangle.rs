@@ -23,12 +23,14 @@ impl Triangle {
     }
 
     /// Appends rows given column by column; the columns are used as working space.
-    pub(super) fn append(&mut self, columns: &mut [Vec<f64>]) {
+    #[inline(always)]
+    pub(super) fn append<C: AsRef<[f64]> + AsMut<[f64]>>(&mut self, columns: &mut [C]) {
         debug_assert_eq!(columns.len(), self.columns);
         for (k, row) in self.rows.iter_mut().enumerate() {
             let Some((current, later)) = columns.get_mut(k..).and_then(<[_]>::split_first_mut) else {
                 return;
             };
+            let current = current.as_ref();
             let Some((diagonal, rest)) = row.split_first_mut() else { return };
             let below = dot(current, current);
             if below == 0.0 {
@@ -42,6 +44,7 @@ impl Triangle {
             let half_norm = target * (target - *diagonal);
             *diagonal = target;
             for (entry, column) in rest.iter_mut().zip(later) {
+                let column = column.as_mut();
                 let factor = (head * *entry + dot(current, column)) / half_norm;
                 *entry -= factor * head;
                 for (value, reflected) in column.iter_mut().zip(current.iter()) {
@@ -65,12 +68,13 @@ impl Triangle {
     }
 }
 
-/// Inner product in eight strands, which the compiler can keep in vector registers; the order of
+/// Inner product in sixteen strands, which the compiler can keep in vector registers; the order of
 /// summation is fixed.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a_chunks, a_rest) = a.as_chunks::<8>();
-    let (b_chunks, b_rest) = b.as_chunks::<8>();
-    let mut strands = [0.0; 8];
+#[inline(always)]
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a_chunks, a_rest) = a.as_chunks::<16>();
+    let (b_chunks, b_rest) = b.as_chunks::<16>();
+    let mut strands = [0.0; 16];
     for (x, y) in a_chunks.iter().zip(b_chunks) {
         for ((strand, x), y) in strands.iter_mut().zip(x).zip(y) {
             *strand += x * y;

@@ -1,45 +1,204 @@
 //! A block of geometry in structure-of-arrays form: what models are evaluated on.
 
-use super::Geometry;
+use super::half_difference::Ring;
+use super::{Geometry, HalfDifferenceGrid, Pair};
+use pulp::{Arch, Simd, WithSimd};
 
-/// Samples in a full block. Small enough for a block and its derivatives to stay in the first-level
-/// cache, large enough to make the work per block negligible.
+/// Samples in a block. Small enough for a block and what is computed on it to stay in the nearest caches, large
+/// enough to make the work per block negligible.
 pub const BLOCK: usize = 128;
 
-/// Up to [`BLOCK`] pairs of directions.
-#[derive(Clone, Debug, Default)]
+/// One number per sample of a block.
+///
+/// Loops over all of a row have a length that is known when they are compiled, and become packed instructions.
+pub type Row = [f64; BLOCK];
+
+/// Up to [`BLOCK`] pairs of directions, one row per coordinate.
+///
+/// Places beyond the last sample hold directions too (the last sample's), so that formulas stay finite there.
+#[derive(Clone, Debug)]
 pub struct Block {
-    samples: Vec<Geometry<f64>>,
+    len: usize,
+    wi: [Row; 3],
+    wo: [Row; 3],
+    h: [Row; 3],
+    cos_d: Row,
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Block {
-    /// An empty block.
+    /// An empty block; every place looks along the normal.
     #[must_use]
-    pub fn new() -> Self {
-        Self { samples: Vec::with_capacity(BLOCK) }
+    pub const fn new() -> Self {
+        const NORMAL: [Row; 3] = [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]];
+        Self { len: 0, wi: NORMAL, wo: NORMAL, h: NORMAL, cos_d: [1.0; BLOCK] }
     }
 
-    /// Replaces the content.
+    /// Replaces the content. Samples beyond [`BLOCK`] are left out.
     pub fn fill(&mut self, samples: impl Iterator<Item = Geometry<f64>>) {
-        self.samples.clear();
-        self.samples.extend(samples);
+        self.len = 0;
+        let mut last = None;
+        for (place, geometry) in samples.take(BLOCK).enumerate() {
+            self.set(place, &geometry);
+            self.len = place + 1;
+            last = Some(geometry);
+        }
+        if let Some(last) = last {
+            (self.len..BLOCK).for_each(|place| self.set(place, &last));
+        }
     }
 
-    /// The samples.
+    /// Replaces the content by pairs of directions. Those beyond [`BLOCK`] are left out.
+    pub fn fill_pairs(&mut self, pairs: &[Pair]) {
+        self.len = pairs.len().min(BLOCK);
+        let Some(last) = pairs.get(..BLOCK).unwrap_or(pairs).last() else { return };
+        for (place, pair) in pairs.iter().chain(std::iter::repeat(last)).take(BLOCK).enumerate() {
+            put(&mut self.wi, place, pair.wi.to_array());
+            put(&mut self.wo, place, pair.wo.to_array());
+        }
+        Arch::new().dispatch(HalfVectors(self));
+    }
+
+    /// Replaces the content by cells of a grid. Those beyond [`BLOCK`] are left out.
+    pub fn fill_cells(&mut self, grid: &HalfDifferenceGrid, cells: &[u32]) {
+        let mut rest = cells.get(..BLOCK).unwrap_or(cells);
+        self.len = rest.len();
+        let arch = Arch::new();
+        let mut start = 0;
+        while let Some((ring, sin_p, cos_p)) = grid.first_ring(rest) {
+            let count = sin_p.len();
+            arch.dispatch(RingCells { block: self, start, ring, sin_p, cos_p });
+            start += count;
+            rest = rest.get(count..).unwrap_or_default();
+            if start < BLOCK && rest.is_empty() {
+                // What is left repeats the last cell.
+                let (sin_p, cos_p) =
+                    (sin_p.last().copied().unwrap_or(0.0), cos_p.last().copied().unwrap_or(1.0));
+                let fill = ([sin_p; BLOCK], [cos_p; BLOCK]);
+                arch.dispatch(RingCells { block: self, start, ring, sin_p: &fill.0, cos_p: &fill.1 });
+            }
+        }
+    }
+
+    fn set(&mut self, place: usize, geometry: &Geometry<f64>) {
+        put(&mut self.wi, place, geometry.wi);
+        put(&mut self.wo, place, geometry.wo);
+        put(&mut self.h, place, geometry.h);
+        if let Some(entry) = self.cos_d.get_mut(place) {
+            *entry = geometry.cos_d;
+        }
+    }
+
+    /// The geometry at a place, for loops over all places.
+    ///
+    /// # Panics
+    /// Beyond [`BLOCK`].
+    #[inline(always)]
     #[must_use]
-    pub fn samples(&self) -> &[Geometry<f64>] {
-        &self.samples
+    #[expect(
+        clippy::indexing_slicing,
+        reason = "a loop over 0..BLOCK needs no check, and with one is not packed"
+    )]
+    pub fn at(&self, place: usize) -> Geometry<f64> {
+        let vector = |[x, y, z]: &[Row; 3]| [x[place], y[place], z[place]];
+        Geometry { wi: vector(&self.wi), wo: vector(&self.wo), h: vector(&self.h), cos_d: self.cos_d[place] }
+    }
+
+    /// Cosine of the angle of incidence of every sample.
+    #[must_use]
+    pub fn cos_i(&self) -> &Row {
+        let [_, _, z] = &self.wi;
+        z
+    }
+
+    /// Cosine of the viewing angle of every sample.
+    #[must_use]
+    pub fn cos_o(&self) -> &Row {
+        let [_, _, z] = &self.wo;
+        z
     }
 
     /// How many samples the block holds.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.samples.len()
+        self.len
     }
 
     /// Whether the block holds no sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.samples.is_empty()
+        self.len == 0
     }
+}
+
+fn put(rows: &mut [Row; 3], place: usize, vector: [f64; 3]) {
+    for (row, value) in rows.iter_mut().zip(vector) {
+        if let Some(entry) = row.get_mut(place) {
+            *entry = value;
+        }
+    }
+}
+
+/// Computes the half vectors of a block from its directions.
+struct HalfVectors<'a>(&'a mut Block);
+
+impl WithSimd for HalfVectors<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    #[expect(
+        clippy::indexing_slicing,
+        reason = "a loop over 0..BLOCK needs no check, and with one is not packed"
+    )]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Block { wi, wo, h: [hx, hy, hz], cos_d, .. } = self.0;
+        let vector = |[x, y, z]: &[Row; 3], i: usize| [x[i], y[i], z[i]];
+        for i in 0..BLOCK {
+            let geometry = Geometry::new(vector(wi, i), vector(wo, i));
+            [hx[i], hy[i], hz[i]] = geometry.h;
+            cos_d[i] = geometry.cos_d;
+        }
+    }
+}
+
+/// Puts cells of one ring into a block, from place `start` on.
+struct RingCells<'a> {
+    block: &'a mut Block,
+    start: usize,
+    ring: Ring,
+    sin_p: &'a [f64],
+    cos_p: &'a [f64],
+}
+
+impl WithSimd for RingCells<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { block, start, ring, sin_p, cos_p } = self;
+        let Block { wi, wo, h, cos_d, .. } = block;
+        let count = sin_p.len().min(BLOCK - start.min(BLOCK));
+        for (row, value) in h.iter_mut().zip(ring.h()) {
+            part(row, start, count).fill(value);
+        }
+        part(cos_d, start, count).fill(ring.cos_d);
+        let ([ix, iy, iz], [ox, oy, oz]) = (
+            wi.each_mut().map(|row| part(row, start, count)),
+            wo.each_mut().map(|row| part(row, start, count)),
+        );
+        let towards = ix.iter_mut().zip(iy).zip(iz).zip(ox).zip(oy).zip(oz);
+        for ((((((ix, iy), iz), ox), oy), oz), (sin_p, cos_p)) in towards.zip(sin_p.iter().zip(cos_p)) {
+            ([*ix, *iy, *iz], [*ox, *oy, *oz]) = ring.directions(*sin_p, *cos_p);
+        }
+    }
+}
+
+#[inline(always)]
+fn part(row: &mut Row, start: usize, count: usize) -> &mut [f64] {
+    row.get_mut(start..start + count).unwrap_or_default()
 }

@@ -82,10 +82,10 @@ impl Directions {
     pub fn fill(&self, range: Range<usize>, block: &mut Block) {
         match self {
             Self::Scattered(pairs) => {
-                block.fill(pairs.get(range).unwrap_or_default().iter().map(pair_geometry));
+                block.fill_pairs(pairs.get(range).unwrap_or_default());
             }
             Self::Grid { grid, cells } => {
-                block.fill(cells.get(range).unwrap_or_default().iter().map(|&cell| grid.geometry(cell)));
+                block.fill_cells(grid, cells.get(range).unwrap_or_default());
             }
         }
     }

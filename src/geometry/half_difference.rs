@@ -16,8 +16,10 @@ pub struct HalfDifferenceGrid {
     theta_h: Vec<(f64, f64)>,
     /// (sin, cos) of the difference angle, per index.
     theta_d: Vec<(f64, f64)>,
-    /// (sin, cos) of the difference azimuth, per index.
-    phi_d: Vec<(f64, f64)>,
+    /// Sine of the difference azimuth, per index.
+    sin_phi_d: Vec<f64>,
+    /// Its cosine.
+    cos_phi_d: Vec<f64>,
     /// Solid-angle weight per (theta_h, theta_d), at the bin centre.
     weights: Vec<f64>,
 }
@@ -37,6 +39,7 @@ impl HalfDifferenceGrid {
         let angle_h = |i: usize, offset: f64| ((count(i) + offset) / count(n_h)).powi(2) * FRAC_PI_2;
         let angle_d = |j: usize, offset: f64| (count(j) + offset) / count(n_d) * FRAC_PI_2;
         let sin_cos = f64::sin_cos;
+        let phi_d = (0..n_p).map(|k| (count(k) + offset) / count(n_p) * PI);
         let weights = (0..n_h)
             .flat_map(|i| (0..n_d).map(move |j| (i, j)))
             .map(|(i, j)| {
@@ -48,7 +51,8 @@ impl HalfDifferenceGrid {
         Self {
             theta_h: (0..n_h).map(|i| sin_cos(angle_h(i, offset))).collect(),
             theta_d: (0..n_d).map(|j| sin_cos(angle_d(j, offset))).collect(),
-            phi_d: (0..n_p).map(|k| sin_cos((count(k) + offset) / count(n_p) * PI)).collect(),
+            sin_phi_d: phi_d.clone().map(f64::sin).collect(),
+            cos_phi_d: phi_d.map(f64::cos).collect(),
             weights,
         }
     }
@@ -70,18 +74,56 @@ impl HalfDifferenceGrid {
     #[must_use]
     pub fn geometry(&self, cell: u32) -> Geometry<f64> {
         let (i, j, k) = Self::indices(cell);
+        let at = |axis: &[f64]| axis.get(k).copied().unwrap_or(f64::NAN);
+        self.ring(i, j).geometry(at(&self.sin_phi_d), at(&self.cos_phi_d))
+    }
+
+    /// The directions of the cells at `theta_h` and `theta_d` of these indices.
+    fn ring(&self, i: usize, j: usize) -> Ring {
         let at = |axis: &[(f64, f64)], index: usize| axis.get(index).copied().unwrap_or((f64::NAN, f64::NAN));
-        let ((sin_h, cos_h), (sin_d, cos_d), (sin_p, cos_p)) =
-            (at(&self.theta_h, i), at(&self.theta_d, j), at(&self.phi_d, k));
+        let ((sin_h, cos_h), (sin_d, cos_d)) = (at(&self.theta_h, i), at(&self.theta_d, j));
+        Ring { sin_h, cos_h, sin_d, cos_d }
+    }
+
+    /// The ring that the first of `cells` lie on, and the sines and cosines of their difference azimuths: of as many
+    /// as follow each other there without a gap.
+    pub(super) fn first_ring(&self, cells: &[u32]) -> Option<(Ring, &[f64], &[f64])> {
+        let first = *cells.first()?;
+        let (i, j, k) = Self::indices(first);
+        let [_, _, n_p] = Self::DIMENSIONS;
+        let len = cells.iter().zip(first..).zip(k..n_p).take_while(|((cell, next), _)| *cell == next).count();
+        Some((self.ring(i, j), self.sin_phi_d.get(k..k + len)?, self.cos_phi_d.get(k..k + len)?))
+    }
+}
+
+/// All difference azimuths at one half vector and difference angle.
+#[derive(Clone, Copy)]
+pub(super) struct Ring {
+    sin_h: f64,
+    cos_h: f64,
+    sin_d: f64,
+    pub(super) cos_d: f64,
+}
+
+impl Ring {
+    /// The half vector.
+    pub(super) fn h(&self) -> [f64; 3] {
+        [self.sin_h, 0.0, self.cos_h]
+    }
+
+    /// wi and wo at the difference azimuth whose sine and cosine are given.
+    #[inline(always)]
+    pub(super) fn directions(&self, sin_p: f64, cos_p: f64) -> ([f64; 3], [f64; 3]) {
+        let Self { sin_h, cos_h, sin_d, cos_d } = *self;
         // wi = Ry(theta_h) (sin td cos pd, sin td sin pd, cos td); wo mirrors wi in h.
         let along = [cos_d * sin_h, 0.0, cos_d * cos_h];
         let across = [sin_d * cos_p * cos_h, sin_d * sin_p, -sin_d * cos_p * sin_h];
         let ([lx, ly, lz], [ax, ay, az]) = (along, across);
-        Geometry {
-            wi: [lx + ax, ly + ay, lz + az],
-            wo: [lx - ax, ly - ay, lz - az],
-            h: [sin_h, 0.0, cos_h],
-            cos_d,
-        }
+        ([lx + ax, ly + ay, lz + az], [lx - ax, ly - ay, lz - az])
+    }
+
+    fn geometry(&self, sin_p: f64, cos_p: f64) -> Geometry<f64> {
+        let (wi, wo) = self.directions(sin_p, cos_p);
+        Geometry { wi, wo, h: self.h(), cos_d: self.cos_d }
     }
 }

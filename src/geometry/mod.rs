@@ -7,7 +7,7 @@ mod block;
 mod directions;
 mod half_difference;
 
-pub use block::{BLOCK, Block};
+pub use block::{BLOCK, Block, Row};
 pub(crate) use directions::gather;
 pub use directions::{Directions, Pair, direction, spherical_degrees};
 pub use half_difference::HalfDifferenceGrid;
@@ -30,6 +30,7 @@ pub struct Geometry<R> {
 impl<R: Real> Geometry<R> {
     /// Geometry of a pair of unit directions.
     #[must_use]
+    #[inline(always)]
     pub fn new(wi: [R; 3], wo: [R; 3]) -> Self {
         let [ix, iy, iz] = wi;
         let [ox, oy, oz] = wo;
@@ -42,42 +43,49 @@ impl<R: Real> Geometry<R> {
     }
 
     /// Cosine of the angle of incidence, n.wi.
+    #[inline(always)]
     #[must_use]
     pub fn cos_i(&self) -> R {
         self.wi[2]
     }
 
     /// Cosine of the viewing angle, n.wo.
+    #[inline(always)]
     #[must_use]
     pub fn cos_o(&self) -> R {
         self.wo[2]
     }
 
     /// Squared sine of the angle of incidence.
+    #[inline(always)]
     #[must_use]
     pub fn sin2_i(&self) -> R {
         sin2(self.wi)
     }
 
     /// Squared sine of the viewing angle.
+    #[inline(always)]
     #[must_use]
     pub fn sin2_o(&self) -> R {
         sin2(self.wo)
     }
 
     /// Cosine of the half vector's polar angle, n.h.
+    #[inline(always)]
     #[must_use]
     pub fn cos_h(&self) -> R {
         self.h[2]
     }
 
     /// Squared sine of the half vector's polar angle, |n x h|^2, without cancellation near the normal.
+    #[inline(always)]
     #[must_use]
     pub fn sin2_h(&self) -> R {
         sin2(self.h)
     }
 
     /// Squared tangent of the half vector's polar angle.
+    #[inline(always)]
     #[must_use]
     pub fn tan2_h(&self) -> R {
         let cos: R = self.cos_h();
@@ -85,6 +93,7 @@ impl<R: Real> Geometry<R> {
     }
 
     /// ln(n.h), exact where the half vector is close to the normal.
+    #[inline(always)]
     #[must_use]
     pub fn ln_cos_h(&self) -> R {
         let sin2: R = -self.sin2_h();
@@ -93,6 +102,7 @@ impl<R: Real> Geometry<R> {
     }
 }
 
+#[inline(always)]
 fn sin2<R: Real>(v: [R; 3]) -> R {
     let [x, y, _] = v;
     let x2: R = x * x;

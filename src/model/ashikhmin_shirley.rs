@@ -19,7 +19,7 @@
 //! because ln(c)/(1 - c^2) tends to -1/2. At grazing f_s grows without bound, as 1/max(ci, co).
 //! Not energy conserving for small exponents at grazing; reciprocal.
 
-use super::{Choices, Model, ParamSpec, Scale, Sharper, Values};
+use super::{Choices, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::PI;
@@ -36,9 +36,37 @@ pub struct Exponents<T> {
     norm: T,
 }
 
-impl Model for AshikhminShirley {
+impl Part for AshikhminShirley {
+    const SHAPES: usize = 2;
+    const FUNCTIONS: usize = 3;
     type Prepared<T: Scalar> = Exponents<T>;
-    type Basis<T: Scalar> = [T; 3];
+    type Output<T: Scalar> = [T; 3];
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponents<T> {
+        let [nu, nv] = shapes.take();
+        Exponents { nu, nv, norm: (nu.plus(1.0) * nv.plus(1.0)).sqrt().times(1.0 / (8.0 * PI)) }
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(e: &Exponents<T>, g: &Geometry<T::Real>) -> [T; 3] {
+        let [hx, hy, _] = g.h;
+        let sin2 = g.sin2_h();
+        let exact: T::Real = g.ln_cos_h() / sin2;
+        // Below 1e-12 the ratio equals its limit to the last digit.
+        let slope = T::Real::if_less(sin2, T::Real::literal(1e-12), T::Real::literal(-0.5), exact);
+        let (hx2, hy2): (T::Real, T::Real) = (hx * hx, hy * hy);
+        let power = ((e.nu * hx2 + e.nv * hy2) * slope).exp();
+        let lobe = e.norm * power / (g.cos_d * g.cos_i().greater(g.cos_o()));
+
+        let schlick = (-g.cos_d).plus(1.0).fifth_power();
+        let rise = |cos: T::Real| (-((-cos.times(0.5)).plus(1.0).fifth_power())).plus(1.0);
+        let diffuse: T::Real = (rise(g.cos_i()) * rise(g.cos_o())).times(28.0 / (23.0 * PI));
+        [T::from_real(diffuse), lobe * (-schlick).plus(1.0), lobe * schlick]
+    }
+}
+
+impl Model for AshikhminShirley {
+    type Coefficients<T: Scalar> = [T; 3];
 
     const NAME: &'static str = "ashikhmin-shirley";
     const SUMMARY: &'static str = "anisotropic Phong lobe over a coupled diffuse base";
@@ -60,29 +88,8 @@ impl Model for AshikhminShirley {
         ]
     }
 
-    fn basis_len(&self) -> usize {
-        3
-    }
-
-    fn prepare<T: Scalar>(&self, mut shapes: Values<'_, T>) -> Exponents<T> {
-        let [nu, nv] = shapes.take();
-        Exponents { nu, nv, norm: (nu.plus(1.0) * nv.plus(1.0)).sqrt().times(1.0 / (8.0 * PI)) }
-    }
-
-    fn basis<T: Scalar>(&self, e: &Exponents<T>, g: &Geometry<T::Real>) -> [T; 3] {
-        let [hx, hy, _] = g.h;
-        let sin2 = g.sin2_h();
-        let exact: T::Real = g.ln_cos_h() / sin2;
-        // Below 1e-12 the ratio equals its limit to the last digit.
-        let slope = T::Real::if_less(sin2, T::Real::literal(1e-12), T::Real::literal(-0.5), exact);
-        let (hx2, hy2): (T::Real, T::Real) = (hx * hx, hy * hy);
-        let power = ((e.nu * hx2 + e.nv * hy2) * slope).exp();
-        let lobe = e.norm * power / (g.cos_d * g.cos_i().greater(g.cos_o()));
-
-        let schlick = (-g.cos_d).plus(1.0).fifth_power();
-        let rise = |cos: T::Real| (-((-cos.times(0.5)).plus(1.0).fifth_power())).plus(1.0);
-        let diffuse: T::Real = (rise(g.cos_i()) * rise(g.cos_o())).times(28.0 / (23.0 * PI));
-        [T::from_real(diffuse), lobe * (-schlick).plus(1.0), lobe * schlick]
+    fn visit(&self, visitor: &mut impl Visitor) {
+        visitor.part::<Self>(0);
     }
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 3] {

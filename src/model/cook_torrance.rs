@@ -18,11 +18,10 @@
 //! with its pi) or 4 (D without) times smaller than this one.
 //! Grazing: finite with every G but `none`. m -> 0: a mirror, D = 1/(pi m^2) at its peak.
 
-use super::parts::distribution::{Constants, Distribution};
+use super::parts::distribution::Distribution;
 use super::parts::fresnel::Fresnel;
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ModelOption, ParamSpec, Scale, Sharper, Values};
-use crate::geometry::Geometry;
+use super::{Choices, Model, ModelOption, ParamSpec, Scale, Sharper, Values, Visitor};
 use crate::math::Scalar;
 
 /// A microfacet lobe.
@@ -33,16 +32,8 @@ pub struct CookTorrance {
     fresnel: Fresnel,
 }
 
-/// What depends on roughness and refractive index alone.
-#[derive(Clone, Copy, Debug)]
-pub struct Prepared<T> {
-    distribution: Constants<T>,
-    fresnel: [T; 2],
-}
-
 impl Model for CookTorrance {
-    type Prepared<T: Scalar> = Prepared<T>;
-    type Basis<T: Scalar> = [T; 2];
+    type Coefficients<T: Scalar> = [T; 2];
 
     const NAME: &'static str = "cook-torrance";
     const SUMMARY: &'static str = "microfacet lobe F D G/(4 ci co)";
@@ -77,20 +68,10 @@ impl Model for CookTorrance {
         [vec![roughness], fresnel, vec![scale]].concat()
     }
 
-    fn basis_len(&self) -> usize {
-        self.fresnel.factor_count()
-    }
-
-    fn prepare<T: Scalar>(&self, mut shapes: Values<'_, T>) -> Prepared<T> {
-        let [m] = shapes.take();
-        Prepared { distribution: self.distribution.prepare(m), fresnel: self.fresnel.prepare(&mut shapes) }
-    }
-
-    fn basis<T: Scalar>(&self, prepared: &Prepared<T>, g: &Geometry<T::Real>) -> [T; 2] {
-        let d = self.distribution.density(&prepared.distribution, g);
-        let v = self.shadowing.visibility(self.distribution, &prepared.distribution, g);
-        let lobe: T = d * v;
-        self.fresnel.factors(&prepared.fresnel, g.cos_d).map(|factor| lobe * factor)
+    fn visit(&self, visitor: &mut impl Visitor) {
+        self.distribution.show(visitor);
+        self.shadowing.show(self.distribution, visitor);
+        self.fresnel.show(1, visitor);
     }
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {

@@ -8,7 +8,7 @@
 //! |---|---|---|---|
 //! | kd | 1 | 0..2 | albedo; above 1 only in data with fluorescence or a calibration error |
 
-use super::{Choices, Model, ParamSpec, Values};
+use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use std::f64::consts::FRAC_1_PI;
@@ -17,9 +17,21 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug)]
 pub struct Lambert;
 
-impl Model for Lambert {
+impl Part for Lambert {
+    const SHAPES: usize = 0;
     type Prepared<T: Scalar> = ();
-    type Basis<T: Scalar> = [T; 1];
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
+
+    #[inline(always)]
+    fn at<T: Scalar>((): &(), _: &Geometry<T::Real>) -> [T; 1] {
+        [T::constant(FRAC_1_PI)]
+    }
+}
+
+impl Model for Lambert {
+    type Coefficients<T: Scalar> = [T; 1];
 
     const NAME: &'static str = "lambert";
     const SUMMARY: &'static str = "perfectly diffuse surface";
@@ -33,14 +45,8 @@ impl Model for Lambert {
         vec![ParamSpec::amplitude("kd", "albedo", 2.0, 0.2)]
     }
 
-    fn basis_len(&self) -> usize {
-        1
-    }
-
-    fn prepare<T: Scalar>(&self, _: Values<'_, T>) {}
-
-    fn basis<T: Scalar>(&self, (): &(), _: &Geometry<T::Real>) -> [T; 1] {
-        [T::constant(FRAC_1_PI)]
+    fn visit(&self, visitor: &mut impl Visitor) {
+        visitor.part::<Self>(0);
     }
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {

@@ -9,24 +9,28 @@
 //! and a [`Model`] is exactly these two functions, each written once for any [`Scalar`]. All that the
 //! fit needs follows: derivatives with respect to shapes by evaluating the basis on dual numbers,
 //! derivatives with respect to amplitudes by evaluating the (tiny) coefficients on dual numbers once per
-//! block, and one basis shared by all channels.
+//! pass, and one basis shared by all channels. The basis is a product of one or more [`Part`]s, which is
+//! how models whose parts are exchangeable stay fast, and how channels share what they have in common.
 //!
 //! To add a model: copy the file of the one most like it, and add one line to the `models!` list below.
 
 mod ashikhmin_shirley;
 mod cook_torrance;
+mod evaluation;
 mod expression;
 mod lambert;
 mod oren_nayar;
 mod parameter;
 pub mod parts;
 
+pub use evaluation::{BasisBlock, Part, Visitor};
 pub use expression::{Expression, Lobe};
 pub use parameter::{ParamSpec, Role, Scale, Sharing, Sharper, Unit};
 
 use crate::error::Error;
 use crate::geometry::{Block, Geometry};
 use crate::math::{Dual, Scalar};
+use evaluation::PointEvaluation;
 
 /// Parameter values, handed out in the order in which the model declares its parameters.
 ///
@@ -57,10 +61,8 @@ impl<'a, T: Scalar> Values<'a, T> {
 
 /// One reflectance lobe. See the module documentation for the form.
 pub trait Model: Sized {
-    /// Quantities that depend on the shape parameters alone, computed once per block.
-    type Prepared<T: Scalar>: Copy;
-    /// Values of the basis functions, or their coefficients.
-    type Basis<T: Scalar>: AsRef<[T]>;
+    /// A coefficient for every basis function.
+    type Coefficients<T: Scalar>: AsRef<[T]>;
 
     /// Name in expressions and reports.
     const NAME: &'static str;
@@ -77,18 +79,11 @@ pub trait Model: Sized {
     /// The parameters; shapes and amplitudes in any order.
     fn parameters(&self) -> Vec<ParamSpec>;
 
-    /// How many leading basis functions this variant uses.
-    fn basis_len(&self) -> usize;
-
-    /// Everything that depends on the shape parameters alone. Shapes come in declared order, in formula
-    /// units (radians).
-    fn prepare<T: Scalar>(&self, shapes: Values<'_, T>) -> Self::Prepared<T>;
-
-    /// The basis functions at one pair of directions, both above the horizon, in 1/sr.
-    fn basis<T: Scalar>(&self, prepared: &Self::Prepared<T>, geometry: &Geometry<T::Real>) -> Self::Basis<T>;
+    /// Shows the parts whose product the basis functions are, in 1/sr. Shapes are numbered in declared order.
+    fn visit(&self, visitor: &mut impl Visitor);
 
     /// The coefficients of the basis functions. Amplitudes come in declared order.
-    fn coefficients<T: Scalar>(&self, amplitudes: Values<'_, T>) -> Self::Basis<T>;
+    fn coefficients<T: Scalar>(&self, amplitudes: Values<'_, T>) -> Self::Coefficients<T>;
 
     /// Pairs of parameters whose product is determined better than either of them.
     fn products(&self) -> &'static [(&'static str, &'static str)] {
@@ -207,78 +202,6 @@ impl ModelEntry {
     }
 }
 
-/// Basis functions of one lobe on a block, and their derivatives with respect to the lobe's shapes.
-///
-/// `values[k][i]` is basis function k at sample i; `partials[j][k][i]` its derivative with respect to
-/// shape j, per formula unit (radians). Empty partials where only values were asked for.
-#[derive(Clone, Debug, Default)]
-pub struct BasisBlock {
-    /// Per basis function, per sample; 1/sr.
-    pub values: Vec<Vec<f64>>,
-    /// Per shape parameter, per basis function, per sample.
-    pub partials: Vec<Vec<Vec<f64>>>,
-}
-
-impl BasisBlock {
-    fn clear(&mut self, shapes: usize, functions: usize) {
-        let empty = |rows: &mut Vec<Vec<f64>>| {
-            rows.resize(functions, Vec::new());
-            rows.iter_mut().for_each(Vec::clear);
-        };
-        empty(&mut self.values);
-        self.partials.resize(shapes, Vec::new());
-        self.partials.iter_mut().for_each(empty);
-    }
-}
-
-/// Runs a model over a block with `N` derivatives, for shapes `offset..offset + N`.
-fn differentiate_part<M: Model, const N: usize>(
-    model: &M,
-    block: &Block,
-    shapes: &[f64],
-    offset: usize,
-    out: &mut BasisBlock,
-) {
-    let seeded: Vec<Dual<f64, N>> =
-        shapes.iter().enumerate().map(|(j, &value)| Dual::variable(value, j.wrapping_sub(offset))).collect();
-    let prepared = model.prepare(Values::new(&seeded));
-    for geometry in block.samples() {
-        let basis = model.basis(&prepared, geometry);
-        for (k, dual) in basis.as_ref().iter().take(model.basis_len()).enumerate() {
-            if offset == 0
-                && let Some(row) = out.values.get_mut(k)
-            {
-                row.push(dual.value);
-            }
-            for (j, partial) in dual.partials.iter().enumerate() {
-                if let Some(row) = out.partials.get_mut(offset + j).and_then(|rows| rows.get_mut(k)) {
-                    row.push(*partial);
-                }
-            }
-        }
-    }
-}
-
-fn evaluate_block<M: Model>(model: &M, block: &Block, shapes: &[f64], out: &mut BasisBlock) {
-    out.clear(0, model.basis_len());
-    differentiate_part::<M, 0>(model, block, shapes, 0, out);
-}
-
-fn differentiate_block<M: Model>(model: &M, block: &Block, shapes: &[f64], out: &mut BasisBlock) {
-    out.clear(shapes.len(), model.basis_len());
-    match shapes.len() {
-        0 => differentiate_part::<M, 0>(model, block, shapes, 0, out),
-        1 => differentiate_part::<M, 1>(model, block, shapes, 0, out),
-        2 => differentiate_part::<M, 2>(model, block, shapes, 0, out),
-        // More shapes than two go in passes of three derivatives.
-        n => {
-            for offset in (0..n).step_by(3) {
-                differentiate_part::<M, 3>(model, block, shapes, offset, out);
-            }
-        }
-    }
-}
-
 /// Coefficients of a lobe's basis, and their derivatives with respect to its amplitudes
 /// (`partials[j][k]`: amplitude j, basis function k).
 #[derive(Clone, Debug, Default)]
@@ -299,27 +222,19 @@ fn coefficients<M: Model>(model: &M, amplitudes: &[f64]) -> Coefficients {
                 .map(|(i, &a)| if i == j { Dual::variable(a, 0) } else { Dual::from_real(a) })
                 .collect();
             let duals = model.coefficients(Values::new(&seeded));
-            duals
-                .as_ref()
-                .iter()
-                .take(model.basis_len())
-                .map(|d| d.partials.first().copied().unwrap_or(0.0))
-                .collect()
+            duals.as_ref().iter().map(|d| d.partials.first().copied().unwrap_or(0.0)).collect()
         })
         .collect();
-    Coefficients { values: value.as_ref().iter().take(model.basis_len()).copied().collect(), partials }
+    Coefficients { values: value.as_ref().to_vec(), partials }
 }
 
 fn value<M: Model, T: Scalar>(model: &M, geometry: &Geometry<T::Real>, shapes: &[T], amplitudes: &[T]) -> T {
-    let prepared = model.prepare(Values::new(shapes));
-    let basis = model.basis(&prepared, geometry);
+    let mut point = PointEvaluation::new(geometry, shapes);
+    model.visit(&mut point);
     let coefficients = model.coefficients(Values::new(amplitudes));
-    basis
-        .as_ref()
-        .iter()
-        .zip(coefficients.as_ref())
-        .take(model.basis_len())
-        .fold(T::constant(0.0), |sum, (&b, &a)| sum + a * b)
+    let basis = point.basis();
+    let terms = basis.iter().zip(coefficients.as_ref());
+    terms.fold(T::constant(0.0), |sum, (&b, &a)| sum + a * b)
 }
 
 /// Makes the closed set of models from one line each, so that code generic in the scalar can be called
@@ -353,26 +268,19 @@ macro_rules! models {
                 match self { $(Self::$model(m) => m.parameters()),* }
             }
 
-            /// How many basis functions there are.
-            #[must_use]
-            pub fn basis_len(&self) -> usize {
-                match self { $(Self::$model(m) => m.basis_len()),* }
-            }
-
             /// Pairs of parameters whose product is determined better than either of them.
             #[must_use]
             pub fn products(&self) -> &'static [(&'static str, &'static str)] {
                 match self { $(Self::$model(m) => m.products()),* }
             }
 
-            /// The basis functions on a block.
-            pub fn evaluate(&self, block: &Block, shapes: &[f64], out: &mut BasisBlock) {
-                match self { $(Self::$model(m) => evaluate_block(m, block, shapes, out)),* }
-            }
-
-            /// The basis functions on a block and their derivatives with respect to every shape.
-            pub fn differentiate(&self, block: &Block, shapes: &[f64], out: &mut BasisBlock) {
-                match self { $(Self::$model(m) => differentiate_block(m, block, shapes, out)),* }
+            /// The basis functions on a block and, if wanted, their derivatives with respect to every shape.
+            pub fn evaluate(&self, block: &Block, shapes: &[f64], differentiate: bool, out: &mut BasisBlock) {
+                match self {
+                    $(Self::$model(m) => {
+                        out.evaluate(block, shapes, differentiate, |parts| m.visit(parts));
+                    }),*
+                }
             }
 
             /// The coefficients of the basis and their derivatives with respect to every amplitude.

@@ -23,7 +23,7 @@
 //! Grazing: f stays finite, since tan b multiplies the *smaller* angle. The full variant can fall below
 //! zero, and reflect more than it receives, close to grazing: it is a fit to a numerical integral.
 
-use super::{Choices, Model, ModelOption, ParamSpec, Scale, Unit, Values};
+use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI};
@@ -44,9 +44,114 @@ pub struct Roughness<T> {
     interreflection: T,
 }
 
-impl Model for OrenNayar {
+impl<T: Scalar> Roughness<T> {
+    fn new(mut shapes: Values<'_, T>) -> Self {
+        let [sigma] = shapes.take();
+        let s2: T = sigma * sigma;
+        Self {
+            c1: (-(s2 / s2.plus(0.33)).times(0.5)).plus(1.0).times(FRAC_1_PI),
+            c2: (s2 / s2.plus(0.09)).times(0.45 * FRAC_1_PI),
+            c3: (s2 / s2.plus(0.09)).times(0.125 * FRAC_1_PI),
+            interreflection: (s2 / s2.plus(0.13)).times(0.17 * FRAC_1_PI),
+        }
+    }
+}
+
+/// What both variants need to know of the geometry: a is the larger polar angle, b the smaller, p the azimuth
+/// between them.
+struct Angles<R> {
+    sin_a: R,
+    cos_a: R,
+    sin_b: R,
+    cos_b: R,
+    cos_p: R,
+}
+
+impl<R: Real> Angles<R> {
+    #[inline(always)]
+    fn new(g: &Geometry<R>) -> Self {
+        let zero = R::literal(0.0);
+        let (cos_i, cos_o) = (g.cos_i(), g.cos_o());
+        let (sin_i, sin_o): (R, R) = (g.sin2_i().sqrt(), g.sin2_o().sqrt());
+        // The larger angle has the smaller cosine.
+        let swap = |at_a: R, at_b: R| R::if_less(cos_i, cos_o, at_a, at_b);
+
+        // cos p from the projected directions; undefined at normal incidence, where tan b = 0 hides it.
+        let ([ix, iy, _], [ox, oy, _]) = (g.wi, g.wo);
+        let (dot, lengths): (R, R) = (ix * ox + iy * oy, sin_i * sin_o);
+        let ratio: R = dot / lengths;
+        let cos_p = R::if_less(zero, lengths, ratio, zero).lesser(R::literal(1.0)).greater(R::literal(-1.0));
+        Self {
+            sin_a: swap(sin_i, sin_o),
+            cos_a: swap(cos_i, cos_o),
+            sin_b: swap(sin_o, sin_i),
+            cos_b: swap(cos_o, cos_i),
+            cos_p,
+        }
+    }
+}
+
+/// With interreflection.
+struct Full;
+
+impl Part for Full {
+    const SHAPES: usize = 1;
+    const FUNCTIONS: usize = 2;
     type Prepared<T: Scalar> = Roughness<T>;
-    type Basis<T: Scalar> = [T; 2];
+    type Output<T: Scalar> = [T; 2];
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Roughness<T> {
+        Roughness::new(shapes)
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(r: &Roughness<T>, g: &Geometry<T::Real>) -> [T; 2] {
+        let Angles { sin_a, cos_a, sin_b, cos_b, cos_p } = Angles::new(g);
+        let zero = T::Real::literal(0.0);
+        let tan_b: T::Real = sin_b / cos_b;
+
+        // Angles in units of pi/2.
+        let a: T::Real = sin_a.atan2(cos_a).times(FRAC_2_PI);
+        let b: T::Real = sin_b.atan2(cos_b).times(FRAC_2_PI);
+        let b2: T::Real = b * b;
+        let b3: T::Real = b2 * b;
+        let backward = T::Real::if_less(cos_p, zero, b3, zero);
+        let c2: T::Real = (sin_a - backward) * cos_p * tan_b;
+
+        // tan((a + b)/2) = (sin a + sin b)/(cos a + cos b)
+        let tan_mean: T::Real = (sin_a + sin_b) / (cos_a + cos_b);
+        let sideways: T::Real = (-cos_p.greater(-cos_p)).plus(1.0);
+        let ab: T::Real = a * b;
+        let c3: T::Real = ab * ab * sideways * tan_mean;
+
+        let bounced: T::Real = (-(cos_p * b2)).plus(1.0);
+        [r.c1 + r.c2 * c2 + r.c3 * c3, r.interreflection * bounced]
+    }
+}
+
+/// Without.
+struct Qualitative;
+
+impl Part for Qualitative {
+    const SHAPES: usize = 1;
+    type Prepared<T: Scalar> = Roughness<T>;
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Roughness<T> {
+        Roughness::new(shapes)
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(r: &Roughness<T>, g: &Geometry<T::Real>) -> [T; 1] {
+        let Angles { sin_a, sin_b, cos_b, cos_p, .. } = Angles::new(g);
+        let tan_b: T::Real = sin_b / cos_b;
+        let forward: T::Real = cos_p.greater(T::Real::literal(0.0)) * sin_a * tan_b;
+        [r.c1 + r.c2 * forward]
+    }
+}
+
+impl Model for OrenNayar {
+    type Coefficients<T: Scalar> = [T; 2];
 
     const NAME: &'static str = "oren-nayar";
     const SUMMARY: &'static str = "rough diffuse surface";
@@ -75,60 +180,12 @@ impl Model for OrenNayar {
         vec![ParamSpec::amplitude("albedo", "albedo of the facets", 2.0, 0.2), sigma.unit(Unit::Degrees)]
     }
 
-    fn basis_len(&self) -> usize {
-        if self.full { 2 } else { 1 }
-    }
-
-    fn prepare<T: Scalar>(&self, mut shapes: Values<'_, T>) -> Roughness<T> {
-        let [sigma] = shapes.take();
-        let s2: T = sigma * sigma;
-        Roughness {
-            c1: (-(s2 / s2.plus(0.33)).times(0.5)).plus(1.0).times(FRAC_1_PI),
-            c2: (s2 / s2.plus(0.09)).times(0.45 * FRAC_1_PI),
-            c3: (s2 / s2.plus(0.09)).times(0.125 * FRAC_1_PI),
-            interreflection: (s2 / s2.plus(0.13)).times(0.17 * FRAC_1_PI),
+    fn visit(&self, visitor: &mut impl Visitor) {
+        if self.full {
+            visitor.part::<Full>(0);
+        } else {
+            visitor.part::<Qualitative>(0);
         }
-    }
-
-    fn basis<T: Scalar>(&self, r: &Roughness<T>, g: &Geometry<T::Real>) -> [T; 2] {
-        let zero = T::Real::literal(0.0);
-        let (cos_i, cos_o) = (g.cos_i(), g.cos_o());
-        let (sin_i, sin_o): (T::Real, T::Real) = (g.sin2_i().sqrt(), g.sin2_o().sqrt());
-        // The larger angle a has the smaller cosine.
-        let swap = |at_a: T::Real, at_b: T::Real| T::Real::if_less(cos_i, cos_o, at_a, at_b);
-        let (sin_a, sin_b) = (swap(sin_i, sin_o), swap(sin_o, sin_i));
-        let (cos_a, cos_b) = (swap(cos_i, cos_o), swap(cos_o, cos_i));
-        let tan_b: T::Real = sin_b / cos_b;
-
-        // cos p from the projected directions; undefined at normal incidence, where tan b = 0 hides it.
-        let ([ix, iy, _], [ox, oy, _]) = (g.wi, g.wo);
-        let (dot, lengths): (T::Real, T::Real) = (ix * ox + iy * oy, sin_i * sin_o);
-        let ratio: T::Real = dot / lengths;
-        let cos_p = T::Real::if_less(zero, lengths, ratio, zero)
-            .lesser(T::Real::literal(1.0))
-            .greater(T::Real::literal(-1.0));
-
-        if !self.full {
-            let forward: T::Real = cos_p.greater(zero) * sin_a * tan_b;
-            return [r.c1 + r.c2 * forward, T::constant(0.0)];
-        }
-
-        // Angles in units of pi/2.
-        let a: T::Real = sin_a.atan2(cos_a).times(FRAC_2_PI);
-        let b: T::Real = sin_b.atan2(cos_b).times(FRAC_2_PI);
-        let b2: T::Real = b * b;
-        let b3: T::Real = b2 * b;
-        let backward = T::Real::if_less(cos_p, zero, b3, zero);
-        let c2: T::Real = (sin_a - backward) * cos_p * tan_b;
-
-        // tan((a + b)/2) = (sin a + sin b)/(cos a + cos b)
-        let tan_mean: T::Real = (sin_a + sin_b) / (cos_a + cos_b);
-        let sideways: T::Real = (-cos_p.greater(-cos_p)).plus(1.0);
-        let ab: T::Real = a * b;
-        let c3: T::Real = ab * ab * sideways * tan_mean;
-
-        let bounced: T::Real = (-(cos_p * b2)).plus(1.0);
-        [r.c1 + r.c2 * c2 + r.c3 * c3, r.interreflection * bounced]
     }
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! D = exp(-tan^2/m^2) / (pi m^2 cos^4)        of the half vector's polar angle
-//! cos Lambda = (m sin exp(-x^2)/sqrt(pi) - cos erfc(x))/2,   x = cos/(m sin)
+//! cos (1 + 2 Lambda) = m sin exp(-x^2)/sqrt(pi) + cos erf(x),   x = cos/(m sin)
 //! ```
 //!
 //! Beckmann and Spizzichino 1963; Cook and Torrance 1982 (doi:10.1145/357290.357293), with the pi that
@@ -11,7 +11,7 @@
 
 use super::{Constants, FacetDistribution};
 use crate::geometry::Geometry;
-use crate::math::{Real, Scalar};
+use crate::math::Scalar;
 use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI};
 
 pub(super) struct Beckmann;
@@ -22,18 +22,21 @@ impl FacetDistribution for Beckmann {
         [inverse, inverse.times(FRAC_1_PI), m]
     }
 
+    #[inline(always)]
     fn density<T: Scalar>(&[inverse_m2, peak, _]: &Constants<T>, g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
         (-(inverse_m2 * g.tan2_h())).exp() * peak / cos4
     }
 
-    fn cos_lambda<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
+    #[inline(always)]
+    fn stretched_cos<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
         gaussian_slopes(m, cos, sin2)
     }
 }
 
-/// cos Lambda for normally distributed slopes of root mean square m.
+/// cos (1 + 2 Lambda) for normally distributed slopes of root mean square m.
+#[inline(always)]
 pub(super) fn gaussian_slopes<T: Scalar>(m: T, cos: T::Real, sin2: T::Real) -> T {
     let slope = m * sin2.sqrt();
     // Beyond x = 26 shadowing is below 1e-290, and x^2 would overflow in its derivatives on the way to
@@ -41,7 +44,7 @@ pub(super) fn gaussian_slopes<T: Scalar>(m: T, cos: T::Real, sin2: T::Real) -> T
     let steep: T::Real = slope.value().times(26.0);
     let limited = T::if_less(cos, steep, slope, T::from_real(cos.times(1.0 / 26.0)));
     let x = T::from_real(cos) / limited;
-    let direct = slope * (-(x * x)).exp().times(0.5 * FRAC_2_SQRT_PI);
-    let lambda = (direct - x.erfc() * cos).times(0.5);
-    T::if_less(cos, steep, lambda, T::from_real(T::Real::literal(0.0)))
+    let spread = slope * (-(x * x)).exp().times(0.5 * FRAC_2_SQRT_PI);
+    let shadowed = spread - x.erfc() * cos + cos;
+    T::if_less(cos, steep, shadowed, T::from_real(cos))
 }

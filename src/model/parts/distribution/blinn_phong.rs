@@ -22,11 +22,13 @@ impl FacetDistribution for BlinnPhong {
         [inverse.times(2.0).plus(-2.0), inverse.times(FRAC_1_PI), m]
     }
 
+    #[inline(always)]
     fn density<T: Scalar>(&[n, peak, _]: &Constants<T>, g: &Geometry<T::Real>) -> T {
         (n * g.ln_cos_h()).exp() * peak
     }
 
-    fn cos_lambda<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
+    #[inline(always)]
+    fn stretched_cos<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
         gaussian_slopes(m, cos, sin2)
     }
 }

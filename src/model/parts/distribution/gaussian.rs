@@ -39,13 +39,15 @@ impl FacetDistribution for Gaussian {
         [(m * m).recip(), normalisation(m).recip(), m]
     }
 
+    #[inline(always)]
     fn density<T: Scalar>(&[inverse_m2, peak, _]: &Constants<T>, g: &Geometry<T::Real>) -> T {
         let alpha = g.sin2_h().sqrt().atan2(g.cos_h());
         let alpha2: T::Real = alpha * alpha;
         (-(inverse_m2 * alpha2)).exp() * peak
     }
 
-    fn cos_lambda<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
+    #[inline(always)]
+    fn stretched_cos<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
         gaussian_slopes(m, cos, sin2)
     }
 }

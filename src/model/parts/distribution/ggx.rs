@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! D = m^2 / (pi (m^2 cos^2 + sin^2)^2)        of the half vector's polar angle
-//! cos Lambda = (sqrt(cos^2 + m^2 sin^2) - cos)/2
+//! cos (1 + 2 Lambda) = sqrt(cos^2 + m^2 sin^2)
 //! ```
 //!
 //! Trowbridge and Reitz 1975 (doi:10.1364/JOSA.65.000531); Walter et al. 2007, eq. 33 and 34
@@ -22,16 +22,16 @@ impl FacetDistribution for Ggx {
         [m2, m2.times(FRAC_1_PI), m]
     }
 
+    #[inline(always)]
     fn density<T: Scalar>(&[m2, m2_over_pi, _]: &Constants<T>, g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let denominator: T = m2 * cos2 + g.sin2_h();
         m2_over_pi / (denominator * denominator)
     }
 
-    fn cos_lambda<T: Scalar>(&[m2, ..]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
+    #[inline(always)]
+    fn stretched_cos<T: Scalar>(&[m2, ..]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
         let cos2: T::Real = cos * cos;
-        let slope2 = m2 * sin2;
-        // The difference of roots without its cancellation at normal incidence.
-        slope2 / ((slope2 + cos2).sqrt() + cos).times(2.0)
+        (m2 * sin2 + cos2).sqrt()
     }
 }

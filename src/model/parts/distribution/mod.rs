@@ -6,8 +6,11 @@ mod gaussian;
 mod ggx;
 
 use super::parts;
+use super::shadowing::{Masking, Visibility};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
+use crate::model::{Part, Values, Visitor};
+use std::marker::PhantomData;
 
 /// Quantities of the roughness alone.
 pub type Constants<T> = [T; 3];
@@ -20,9 +23,29 @@ pub trait FacetDistribution {
     /// D(h), 1/sr.
     fn density<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> T;
 
-    /// cos(theta) Lambda(theta) of Smith's shadowing for this distribution, from the cosine and the
-    /// squared sine of theta. The cosine keeps it finite at grazing.
-    fn cos_lambda<T: Scalar>(constants: &Constants<T>, cos: T::Real, sin2: T::Real) -> T;
+    /// cos(theta) (1 + 2 Lambda(theta)) with Smith's Lambda for this distribution, from the cosine and the squared
+    /// sine of theta. The cosine keeps it finite at grazing; in this form no Lambda that is known needs a
+    /// difference.
+    fn stretched_cos<T: Scalar>(constants: &Constants<T>, cos: T::Real, sin2: T::Real) -> T;
+}
+
+/// The density of a distribution as a part of a lobe.
+pub struct Density<D>(PhantomData<D>);
+
+impl<D: FacetDistribution> Part for Density<D> {
+    const SHAPES: usize = 1;
+    type Prepared<T: Scalar> = Constants<T>;
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
+        let [m] = shapes.take();
+        D::prepare(m)
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
+        [D::density(constants, g)]
+    }
 }
 
 macro_rules! distributions {
@@ -33,19 +56,31 @@ macro_rules! distributions {
         }
 
         impl Distribution {
-            /// What depends on the roughness alone.
-            pub fn prepare<T: Scalar>(self, m: T) -> Constants<T> {
+            /// Shows the density as a part whose shapes are a lobe's first.
+            pub(crate) fn show(self, visitor: &mut impl Visitor) {
+                match self { $(Self::$part => visitor.part::<Density<$module::$part>>(0)),* }
+            }
+
+            /// Shows what `G` makes of the distribution as a part whose shapes are a lobe's first.
+            pub(crate) fn show_visibility<G: Masking>(self, visitor: &mut impl Visitor) {
+                match self { $(Self::$part => visitor.part::<Visibility<G, $module::$part>>(0)),* }
+            }
+        }
+
+        #[cfg(test)]
+        impl Distribution {
+            fn prepare(self, m: f64) -> Constants<f64> {
                 match self { $(Self::$part => $module::$part::prepare(m)),* }
             }
 
-            /// D(h), 1/sr.
-            pub fn density<T: Scalar>(self, constants: &Constants<T>, g: &Geometry<T::Real>) -> T {
+            fn density(self, constants: &Constants<f64>, g: &Geometry<f64>) -> f64 {
                 match self { $(Self::$part => $module::$part::density(constants, g)),* }
             }
 
-            /// cos(theta) Lambda(theta) of Smith's shadowing.
-            pub fn cos_lambda<T: Scalar>(self, constants: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
-                match self { $(Self::$part => $module::$part::cos_lambda(constants, cos, sin2)),* }
+            /// cos(theta) Lambda(theta).
+            fn cos_lambda(self, constants: &Constants<f64>, cos: f64, sin2: f64) -> f64 {
+                let stretched = match self { $(Self::$part => $module::$part::stretched_cos(constants, cos, sin2)),* };
+                0.5 * (stretched - cos)
             }
         }
     };

@@ -26,6 +26,8 @@ use crate::model::{ParamSpec, Scale, Values};
 pub(super) struct Conductor;
 
 impl FresnelReflectance for Conductor {
+    const SHAPES: usize = 2;
+
     fn parameters() -> Vec<ParamSpec> {
         vec![
             ParamSpec::shape("eta", "refractive index", (0.01, 100.0), (0.2, 4.0), 1.5, Scale::Log)
@@ -35,11 +37,12 @@ impl FresnelReflectance for Conductor {
         ]
     }
 
-    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
         let [eta, k] = shapes.take();
         [eta, k]
     }
 
+    #[inline(always)]
     fn factors<T: Scalar>(&[eta, k]: &[T; 2], mu: T::Real) -> [T; 2] {
         let mu2: T::Real = mu * mu;
         let s2 = (-mu2).plus(1.0).greater(T::Real::literal(0.0));

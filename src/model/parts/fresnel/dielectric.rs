@@ -17,12 +17,14 @@ use crate::model::{ParamSpec, Role, Scale, Values};
 pub(super) struct Dielectric;
 
 impl FresnelReflectance for Dielectric {
+    const SHAPES: usize = 1;
+
     fn parameters() -> Vec<ParamSpec> {
         let f0 = ParamSpec::amplitude("f0", "reflectance at normal incidence", 1.0, 0.05);
         vec![ParamSpec { role: Role::Shape, typical: (0.01, 0.3), scale: Scale::Linear, ..f0 }]
     }
 
-    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
         let [f0] = shapes.take();
         // The root's slope is infinite at zero; the floor keeps inf * 0 out of the derivative.
         let floor = T::constant(1e-30);
@@ -30,6 +32,7 @@ impl FresnelReflectance for Dielectric {
         [r, (-r).plus(1.0)]
     }
 
+    #[inline(always)]
     fn factors<T: Scalar>(&[r, scale]: &[T; 2], mu: T::Real) -> [T; 2] {
         let m = scale * mu;
         let g = (m * m + r.times(4.0)).sqrt();

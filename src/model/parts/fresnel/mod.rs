@@ -9,19 +9,24 @@ mod none;
 mod schlick;
 
 use super::parts;
+use crate::geometry::Geometry;
 use crate::math::Scalar;
-use crate::model::{ParamSpec, Values};
+use crate::model::{ParamSpec, Part, Values, Visitor};
+use std::marker::PhantomData;
 
 /// Reflectance of a facet.
 pub trait FresnelReflectance {
     /// Parameters, shapes and amplitudes.
     fn parameters() -> Vec<ParamSpec>;
 
+    /// How many of the parameters are shapes.
+    const SHAPES: usize = 0;
+
     /// How many factors there are, 1 or 2.
     const FACTORS: usize = 1;
 
     /// What depends on the shapes alone, computed once per block.
-    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> [T; 2];
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2];
 
     /// The factors at cosine `mu`; the second is ignored where there is one.
     fn factors<T: Scalar>(constants: &[T; 2], mu: T::Real) -> [T; 2];
@@ -29,6 +34,25 @@ pub trait FresnelReflectance {
     /// The coefficients of the factors.
     fn coefficients<T: Scalar>(_: &mut Values<'_, T>) -> [T; 2] {
         [T::constant(1.0), T::constant(0.0)]
+    }
+}
+
+/// Fresnel reflectance as a part of a lobe.
+pub struct Reflectance<F>(PhantomData<F>);
+
+impl<F: FresnelReflectance> Part for Reflectance<F> {
+    const SHAPES: usize = F::SHAPES;
+    const FUNCTIONS: usize = F::FACTORS;
+    type Prepared<T: Scalar> = [T; 2];
+    type Output<T: Scalar> = [T; 2];
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
+        F::prepare(shapes)
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(constants: &[T; 2], g: &Geometry<T::Real>) -> [T; 2] {
+        F::factors(constants, g.cos_d)
     }
 }
 
@@ -46,25 +70,26 @@ macro_rules! fresnels {
                 match self { $(Self::$part => $module::$part::parameters()),* }
             }
 
-            /// How many factors there are, 1 or 2.
-            #[must_use]
-            pub fn factor_count(self) -> usize {
-                match self { $(Self::$part => $module::$part::FACTORS),* }
-            }
-
-            /// What depends on the shapes alone.
-            pub fn prepare<T: Scalar>(self, shapes: &mut Values<'_, T>) -> [T; 2] {
-                match self { $(Self::$part => $module::$part::prepare(shapes)),* }
-            }
-
-            /// The factors at cosine `mu`.
-            pub fn factors<T: Scalar>(self, constants: &[T; 2], mu: T::Real) -> [T; 2] {
-                match self { $(Self::$part => $module::$part::factors(constants, mu)),* }
+            /// Shows the reflectance as a part whose shapes begin with a lobe's shape number `first`.
+            pub(crate) fn show(self, first: usize, visitor: &mut impl Visitor) {
+                match self { $(Self::$part => visitor.part::<Reflectance<$module::$part>>(first)),* }
             }
 
             /// The coefficients of the factors.
             pub fn coefficients<T: Scalar>(self, amplitudes: &mut Values<'_, T>) -> [T; 2] {
                 match self { $(Self::$part => $module::$part::coefficients(amplitudes)),* }
+            }
+        }
+
+        #[cfg(test)]
+        impl Fresnel {
+            fn reflectance(self, shapes: &[f64], amplitudes: &[f64], mu: f64) -> f64 {
+                let coefficients = self.coefficients(&mut Values::new(amplitudes));
+                match self { $(Self::$part => {
+                    let factors = $module::$part::factors(&$module::$part::prepare(Values::new(shapes)), mu);
+                    let terms = factors.iter().zip(&coefficients).take($module::$part::FACTORS);
+                    terms.map(|(factor, coefficient)| factor * coefficient).sum()
+                }),* }
             }
         }
     };
@@ -84,10 +109,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     fn reflectance(name: &str, shapes: &[f64], amplitudes: &[f64], degrees: f64) -> f64 {
-        let f = Fresnel::named(name);
-        let factors = f.factors(&f.prepare(&mut Values::new(shapes)), degrees.to_radians().cos());
-        let coefficients = f.coefficients(&mut Values::new(amplitudes));
-        (0..f.factor_count()).map(|k| factors[k] * coefficients[k]).sum()
+        Fresnel::named(name).reflectance(shapes, amplitudes, degrees.to_radians().cos())
     }
 
     #[test]

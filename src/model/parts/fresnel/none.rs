@@ -11,10 +11,11 @@ impl FresnelReflectance for None {
         Vec::new()
     }
 
-    fn prepare<T: Scalar>(_: &mut Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(_: Values<'_, T>) -> [T; 2] {
         [T::constant(0.0); 2]
     }
 
+    #[inline(always)]
     fn factors<T: Scalar>(_: &[T; 2], _: T::Real) -> [T; 2] {
         [T::constant(1.0), T::constant(0.0)]
     }

@@ -16,10 +16,11 @@ impl FresnelReflectance for Schlick {
         vec![ParamSpec::amplitude("f0", "reflectance at normal incidence", 1.0, 0.05)]
     }
 
-    fn prepare<T: Scalar>(_: &mut Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(_: Values<'_, T>) -> [T; 2] {
         [T::constant(0.0); 2]
     }
 
+    #[inline(always)]
     fn factors<T: Scalar>(_: &[T; 2], mu: T::Real) -> [T; 2] {
         // wi.h can exceed 1 by an ulp.
         let s = (-mu).plus(1.0).greater(T::Real::literal(0.0)).fifth_power();

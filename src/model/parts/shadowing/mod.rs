@@ -6,15 +6,43 @@ mod smith;
 mod smith_uncorrelated;
 mod v_cavity;
 
-use super::distribution::{Constants, Distribution};
+use super::distribution::{Constants, Distribution, FacetDistribution};
 use super::parts;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
+use crate::model::{Part, Values, Visitor};
+use std::marker::PhantomData;
 
 /// Which facets are seen by both the light and the viewer.
 pub trait Masking {
+    /// Whether it knows the roughness.
+    const ROUGH: bool;
+
     /// G/(4 ci co), 1/sr per unit of D F.
-    fn visibility<T: Scalar>(d: Distribution, constants: &Constants<T>, g: &Geometry<T::Real>) -> T;
+    fn visibility<D: FacetDistribution, T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> T;
+}
+
+/// Shadowing and masking of a distribution as a part of a lobe.
+pub struct Visibility<G, D>(PhantomData<(G, D)>);
+
+impl<G: Masking, D: FacetDistribution> Part for Visibility<G, D> {
+    const SHAPES: usize = if G::ROUGH { 1 } else { 0 };
+    type Prepared<T: Scalar> = Constants<T>;
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
+        if G::ROUGH {
+            let [m] = shapes.take();
+            D::prepare(m)
+        } else {
+            [T::constant(0.0); 3]
+        }
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
+        [G::visibility::<D, T>(constants, g)]
+    }
 }
 
 macro_rules! shadowings {
@@ -25,14 +53,9 @@ macro_rules! shadowings {
         }
 
         impl Shadowing {
-            /// G/(4 ci co), 1/sr per unit of D F.
-            pub fn visibility<T: Scalar>(
-                self,
-                d: Distribution,
-                constants: &Constants<T>,
-                g: &Geometry<T::Real>,
-            ) -> T {
-                match self { $(Self::$part => $module::$part::visibility(d, constants, g)),* }
+            /// Shows the visibility of `distribution` as a part whose shapes are a lobe's first.
+            pub(crate) fn show(self, distribution: Distribution, visitor: &mut impl Visitor) {
+                match self { $(Self::$part => distribution.show_visibility::<$module::$part>(visitor)),* }
             }
         }
     };

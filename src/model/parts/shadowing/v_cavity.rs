@@ -7,14 +7,17 @@
 //!
 //! Torrance and Sparrow 1967; Cook and Torrance 1982, eq. 9. Knows nothing of the roughness; has kinks.
 
-use super::{Constants, Distribution, Masking};
+use super::{Constants, FacetDistribution, Masking};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 
 pub(super) struct VCavity;
 
 impl Masking for VCavity {
-    fn visibility<T: Scalar>(_: Distribution, _: &Constants<T>, g: &Geometry<T::Real>) -> T {
+    const ROUGH: bool = false;
+
+    #[inline(always)]
+    fn visibility<D: FacetDistribution, T: Scalar>(_: &Constants<T>, g: &Geometry<T::Real>) -> T {
         let (cos_i, cos_o) = (g.cos_i(), g.cos_o());
         // The lesser of the two shaded cases divides by the greater cosine.
         let product: T::Real = cos_i * cos_o;
