@@ -5,7 +5,7 @@ use super::metric::Metric;
 use super::observed::row;
 use super::parameters::ParameterTable;
 use super::triangle::dot;
-use crate::geometry::{Block, Row};
+use crate::geometry::{BLOCK, Block, Row};
 use crate::math::{Real, Scalar, count};
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Expression};
@@ -148,7 +148,8 @@ impl WithSimd for Comparison<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Sums {
         let Self { block, bases, terms, measured, weights } = self;
-        let f = sum(bases, terms);
+        let mut f = [0.0; BLOCK];
+        sum(bases, terms, &mut f);
         let (mut x, mut target) = (f, *measured);
         scale_each(&mut x, block.cos_i());
         scale_each(&mut target, block.cos_i());

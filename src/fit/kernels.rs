@@ -23,10 +23,17 @@ pub(super) struct Term {
 }
 
 /// Working space.
-#[derive(Default)]
 pub(super) struct Scratch {
     /// Jacobian columns, then the residuals.
     columns: Vec<Row>,
+    x: Row,
+    slope: Row,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self { columns: Vec::new(), x: [0.0; BLOCK], slope: [0.0; BLOCK] }
+    }
 }
 
 /// What is known of one channel of one block beside the geometry.
@@ -75,18 +82,6 @@ impl<'a> ChannelBlock<'a> {
     pub(super) fn plain(&mut self) -> PlainResiduals<'a, '_> {
         PlainResiduals(self)
     }
-
-    /// g(x) - g(x*), and g'(x).
-    #[inline(always)]
-    fn differences(&self) -> (Row, Row) {
-        let mut x = sum(self.bases, self.reflectance);
-        scale_each(&mut x, self.cos_i);
-        let (mut difference, slope) = self.observed.transform.apply_row(&x);
-        for (entry, measured) in difference.iter_mut().zip(self.observed.measured) {
-            *entry -= measured;
-        }
-        (difference, slope)
-    }
 }
 
 impl WithSimd for PlainResiduals<'_, '_> {
@@ -94,8 +89,13 @@ impl WithSimd for PlainResiduals<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Row {
-        let (mut residuals, _) = self.0.differences();
-        if let Some(precision) = self.0.observed.precision {
+        let ChannelBlock { observed, cos_i, bases, reflectance, scratch, .. } = self.0;
+        let Scratch { x, slope, .. } = scratch;
+        let mut residuals = [0.0; BLOCK];
+        sum(bases, reflectance, x);
+        scale_each(x, cos_i);
+        observed.transform.differences(x, observed.measured, &mut residuals, slope);
+        if let Some(precision) = observed.precision {
             scale_each(&mut residuals, precision);
         }
         residuals
@@ -108,41 +108,36 @@ impl WithSimd for Compression<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
         let Self { block, triangle } = self;
-        let (difference, mut slope) = block.differences();
-        let Scratch { columns } = block.scratch;
+        let ObservedBlock { transform, measured, roots, precision } = block.observed;
+        let Scratch { columns, x, slope } = block.scratch;
         columns.resize(block.columns.len() + 1, [0.0; BLOCK]);
         let Some((residual, jacobian)) = columns.split_last_mut() else { return 0.0 };
 
-        let mut root = *block.observed.roots;
-        if let Some(precision) = block.observed.precision {
-            scale_each(&mut root, precision);
-        }
-        *residual = difference;
-        scale_each(residual, &root);
-        scale_each(&mut slope, block.cos_i);
-        scale_each(&mut slope, &root);
-        let cost = match block.objective.loss {
-            LossKind::None => dot(residual, residual),
-            loss => {
-                let unit = block.observed.precision.unwrap_or(&[1.0; BLOCK]);
-                temper(
-                    loss,
-                    block.objective.scale,
-                    unit,
-                    block.observed.roots,
-                    &difference,
-                    residual,
-                    &mut slope,
-                )
-            }
+        sum(block.bases, block.reflectance, x);
+        scale_each(x, block.cos_i);
+        transform.differences(x, measured, residual, slope);
+        let tempered = match block.objective.loss {
+            LossKind::None => None,
+            loss => Some(temper(loss, block.objective.scale, precision, roots, residual, slope)),
         };
+        let factors = residual.iter_mut().zip(slope.iter_mut()).zip(roots).zip(block.cos_i);
+        for (((residual, slope), root), cos) in factors {
+            *residual *= root;
+            *slope *= root * cos;
+        }
+        if let Some(precision) = precision {
+            scale_each(residual, precision);
+            scale_each(slope, precision);
+        }
+        let cost = tempered.unwrap_or_else(|| dot(residual, residual));
         for (column, terms) in jacobian.iter_mut().zip(block.columns) {
-            *column = sum(block.bases, terms);
-            scale_each(column, &slope);
+            sum(block.bases, terms, column);
+            scale_each(column, slope);
         }
         if let Some((root, typical)) = block.sandwich {
-            let leverage = leverages(root, jacobian);
-            for (entry, leverage) in residual.iter_mut().zip(&leverage) {
+            // The slopes and x have done their work; their places take the leverages and products.
+            leverages(root, jacobian, slope, x);
+            for (entry, leverage) in residual.iter_mut().zip(slope.iter()) {
                 *entry = left_out(*entry, *leverage, typical);
             }
             for column in jacobian {
@@ -154,26 +149,25 @@ impl WithSimd for Compression<'_> {
     }
 }
 
-/// Turns weighted residuals and slopes into rows that have the gradient and the curvature of a loss; returns
-/// the cost.
+/// Turns residuals and slopes, before their weights, into such that have the gradient and the curvature of a loss;
+/// returns the cost.
 #[inline(always)]
 fn temper(
     loss: LossKind,
     scale: f64,
-    precision: &Row,
-    weights: &Row,
-    difference: &Row,
+    precision: Option<&Row>,
+    roots: &Row,
     residual: &mut Row,
     slope: &mut Row,
 ) -> f64 {
     let mut cost = 0.0;
-    let samples = residual.iter_mut().zip(slope).zip(difference).zip(precision).zip(weights);
-    for ((((residual, slope), difference), precision), weight) in samples {
-        let influence = loss.influence(precision * difference, scale);
+    let samples = residual.iter_mut().zip(slope).zip(precision.unwrap_or(&[1.0; BLOCK])).zip(roots);
+    for (((residual, slope), precision), root) in samples {
+        let influence = loss.influence(precision * *residual, scale);
         let bend = influence.curvature.sqrt();
         *residual *= influence.slope / bend;
         *slope *= bend;
-        cost += weight * weight * influence.cost;
+        cost += root * root * influence.cost;
     }
     cost
 }
@@ -189,34 +183,35 @@ pub(super) fn reflectance(coefficients: &[Coefficients]) -> Vec<Term> {
 
 /// The sum of terms.
 #[inline(always)]
-pub(super) fn sum(bases: &[BasisBlock], terms: &[Term]) -> Row {
-    let mut sum = [0.0; BLOCK];
-    for term in terms {
-        let rows = bases.get(term.lobe).map(|basis| match term.shape {
-            None => basis.values(),
-            Some(shape) => basis.partials(shape),
-        });
-        if let Some(row) = rows.and_then(|rows| rows.get(term.function)) {
-            add_scaled(&mut sum, row, term.factor);
-        }
+pub(super) fn sum(bases: &[BasisBlock], terms: &[Term], sum: &mut Row) {
+    let row = |term: &Term| {
+        let basis = bases.get(term.lobe)?;
+        let rows = term.shape.map_or_else(|| basis.values(), |shape| basis.partials(shape));
+        rows.get(term.function)
+    };
+    let mut rows = terms.iter().filter_map(|term| Some((row(term)?, term.factor)));
+    match rows.next() {
+        Some((row, factor)) => sum.iter_mut().zip(row).for_each(|(entry, value)| *entry = factor * value),
+        None => sum.fill(0.0),
     }
-    sum
+    for (row, factor) in rows {
+        add_scaled(sum, row, factor);
+    }
 }
 
-/// |R J_s|^2 per sample, its leverage.
+/// |R J_s|^2 per sample, its leverage; `product` is working space.
 #[inline(always)]
-fn leverages(root: &Triangle, jacobian: &[Row]) -> Row {
-    let mut leverage = [0.0; BLOCK];
+fn leverages(root: &Triangle, jacobian: &[Row], leverage: &mut Row, product: &mut Row) {
+    leverage.fill(0.0);
     for (k, row) in root.rows().iter().enumerate() {
-        let mut product = [0.0; BLOCK];
+        product.fill(0.0);
         for (entry, column) in row.iter().zip(jacobian.iter().skip(k)) {
-            add_scaled(&mut product, column, *entry);
+            add_scaled(product, column, *entry);
         }
-        for (total, entry) in leverage.iter_mut().zip(&product) {
+        for (total, entry) in leverage.iter_mut().zip(product.iter()) {
             *total += entry * entry;
         }
     }
-    leverage
 }
 
 /// Multiplies entry by entry.

@@ -74,26 +74,37 @@ impl Transform {
     /// g(x) and g'(x).
     #[cfg(test)]
     pub(super) fn apply(self, x: f64) -> (f64, f64) {
-        let ([g, ..], [slope, ..]) = self.apply_row(&[x; BLOCK]);
-        (g, slope)
+        let (mut g, mut slope) = ([0.0; BLOCK], [0.0; BLOCK]);
+        self.differences(&[x; BLOCK], &[0.0; BLOCK], &mut g, &mut slope);
+        (g[0], slope[0])
     }
 
-    /// g(x) and g'(x) of a row.
+    /// g(x) - g(x*) and g'(x) of a row, where `measured` is g(x*).
     #[inline(always)]
-    pub(super) fn apply_row(self, x: &Row) -> (Row, Row) {
+    pub(super) fn differences(self, x: &Row, measured: &Row, difference: &mut Row, slope: &mut Row) {
+        let samples = x.iter().zip(measured).zip(difference.iter_mut().zip(slope.iter_mut()));
         match self.metric {
-            Metric::L2 => (*x, [1.0; BLOCK]),
-            Metric::Log => (x.map(Real::ln_1p), x.map(|x| 1.0 / (1.0 + x))),
+            Metric::L2 => {
+                for ((x, measured), (difference, slope)) in samples {
+                    *difference = x - measured;
+                    *slope = 1.0;
+                }
+            }
+            Metric::Log => {
+                for ((x, measured), (difference, slope)) in samples {
+                    *difference = Real::ln_1p(*x) - measured;
+                    *slope = 1.0 / (1.0 + x);
+                }
+            }
             Metric::Cbrt => {
-                let (mut g, mut slope) = ([0.0; BLOCK], [0.0; BLOCK]);
-                for ((g, slope), x) in g.iter_mut().zip(&mut slope).zip(x) {
+                for ((x, measured), (difference, slope)) in samples {
                     let square = x * x + self.smoothing2;
                     let root = 1.0 / square.cbrt();
-                    *g = x * root;
+                    let g = x * root;
+                    *difference = g - measured;
                     // x^2/square = g^2 root
-                    *slope = root * (1.0 - (2.0 / 3.0) * (*g * *g * root));
+                    *slope = root * (1.0 - (2.0 / 3.0) * (g * g * root));
                 }
-                (g, slope)
             }
         }
     }

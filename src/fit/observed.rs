@@ -152,7 +152,8 @@ impl Target {
         let slopes: Vec<Row> = measured
             .par_iter_mut()
             .map(|x| {
-                let (transformed, slope) = transform.apply_row(x);
+                let (mut transformed, mut slope) = ([0.0; BLOCK], [0.0; BLOCK]);
+                transform.differences(x, &[0.0; BLOCK], &mut transformed, &mut slope);
                 *x = transformed;
                 slope
             })

@@ -81,7 +81,14 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
-    strands.iter().sum::<f64>() + rest
+    // In pairs: a chain of sums would wait for each.
+    let mut half = strands.len() / 2;
+    while half > 0 {
+        let (low, high) = strands.split_at_mut(half);
+        low.iter_mut().zip(high).for_each(|(low, high)| *low += *high);
+        half /= 2;
+    }
+    strands[0] + rest
 }
 
 #[cfg(test)]
