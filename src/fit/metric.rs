@@ -1,5 +1,7 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
+use crate::math::elementary;
+
 /// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Metric {
@@ -72,10 +74,10 @@ impl Transform {
     pub(super) fn apply(self, x: f64) -> (f64, f64) {
         match self.metric {
             Metric::L2 => (x, 1.0),
-            Metric::Log => (x.ln_1p(), 1.0 / (1.0 + x)),
+            Metric::Log => (elementary::ln_1p(x), 1.0 / (1.0 + x)),
             Metric::Cbrt => {
                 let square = x * x + self.smoothing2;
-                let root = 1.0 / square.cbrt();
+                let root = elementary::inverse_cbrt(square);
                 (x * root, root * (1.0 - (2.0 / 3.0) * (x * x / square)))
             }
         }
