@@ -1,7 +1,9 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
-use crate::geometry::{BLOCK, Row};
-use crate::math::Real;
+#[cfg(test)]
+use crate::geometry::BLOCK;
+use crate::geometry::Row;
+use crate::math::{Real, elementary};
 
 /// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -48,7 +50,7 @@ impl Metric {
         match self {
             Self::L2 => *x,
             Self::Log => x.map(Real::ln_1p),
-            Self::Cbrt => x.map(f64::cbrt),
+            Self::Cbrt => x.map(cube_root),
         }
     }
 
@@ -58,6 +60,22 @@ impl Metric {
         let smoothing = (CBRT_SMOOTHING * mean).max(1e-30);
         Transform { metric: self, smoothing2: smoothing * smoothing }
     }
+}
+
+/// The cube root of x = x (x^2)^(-1/3).
+#[inline(always)]
+fn cube_root(x: f64) -> f64 {
+    // Squares of very large and very small numbers are out of range: powers of 2^300 are taken out, whose cube
+    // roots are exact.
+    const RANGE: i32 = 300;
+    let (up, down) = (2_f64.powi(RANGE), 2_f64.powi(-RANGE));
+    let size = x.abs();
+    let (scale, root) =
+        (if size > up { down } else { 1.0 }, if size > up { 2_f64.powi(RANGE / 3) } else { 1.0 });
+    let (scale, root) =
+        (if size < down { up } else { scale }, if size < down { 2_f64.powi(-RANGE / 3) } else { root });
+    let scaled = x * scale;
+    scaled * elementary::inverse_cbrt((scaled * scaled).greater(f64::MIN_POSITIVE)) * root
 }
 
 /// A metric's transform with a finite slope everywhere.
@@ -99,7 +117,7 @@ impl Transform {
             Metric::Cbrt => {
                 for ((x, measured), (difference, slope)) in samples {
                     let square = x * x + self.smoothing2;
-                    let root = 1.0 / square.cbrt();
+                    let root = elementary::inverse_cbrt(square);
                     let g = x * root;
                     *difference = g - measured;
                     // x^2/square = g^2 root
@@ -113,6 +131,13 @@ impl Transform {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cube_roots_are_those_of_the_library() {
+        for x in [0.0, 1e-320, -3e-200, 5e-100, 1e-30, -0.7, 8.0, 1e30, 4e95, -2e180, 1e300] {
+            approx::assert_relative_eq!(cube_root(x), f64::cbrt(x), max_relative = 1e-15, epsilon = 1e-110);
+        }
+    }
 
     #[test]
     fn slopes_match_differences() {

@@ -22,27 +22,30 @@ pub struct Dual<R, const N: usize> {
 impl<R: Real, const N: usize> Dual<R, N> {
     /// The `index`-th of the `N` parameters, at `value`. An index of `N` or more makes a constant.
     #[must_use]
+    #[inline(always)]
     pub fn variable(value: R, index: usize) -> Self {
         Self { value, partials: array::from_fn(|j| R::literal(if j == index { 1.0 } else { 0.0 })) }
     }
 
     /// Chain rule: the value of a function at this point, and its slope there.
     #[must_use]
+    #[inline(always)]
     fn chain(self, value: R, slope: R) -> Self {
         Self { value, partials: self.partials.map(|p| p * slope) }
     }
 
     /// Combines the partials of two numbers one by one.
     #[must_use]
+    #[inline(always)]
+    #[expect(clippy::indexing_slicing, reason = "all three arrays have N entries")]
     fn zip(self, other: Self, value: R, f: impl Fn(R, R) -> R) -> Self {
-        let mut pairs = self.partials.into_iter().zip(other.partials);
-        let partials = array::from_fn(|_| pairs.next().map_or_else(|| R::literal(0.0), |(a, b)| f(a, b)));
-        Self { value, partials }
+        Self { value, partials: array::from_fn(|j| f(self.partials[j], other.partials[j])) }
     }
 }
 
 impl<R: Real, const N: usize> Neg for Dual<R, N> {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         Self { value: -self.value, partials: self.partials.map(|p| -p) }
     }
@@ -50,6 +53,7 @@ impl<R: Real, const N: usize> Neg for Dual<R, N> {
 
 impl<R: Real, const N: usize> Add for Dual<R, N> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         self.zip(other, self.value + other.value, |a, b| a + b)
     }
@@ -57,6 +61,7 @@ impl<R: Real, const N: usize> Add for Dual<R, N> {
 
 impl<R: Real, const N: usize> Sub for Dual<R, N> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         self.zip(other, self.value - other.value, |a, b| a - b)
     }
@@ -65,6 +70,7 @@ impl<R: Real, const N: usize> Sub for Dual<R, N> {
 #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
 impl<R: Real, const N: usize> Mul for Dual<R, N> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (x, y) = (self.value, other.value);
         self.zip(other, x * y, |a, b| a * y + b * x)
@@ -74,6 +80,7 @@ impl<R: Real, const N: usize> Mul for Dual<R, N> {
 #[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule multiplies and subtracts")]
 impl<R: Real, const N: usize> Div for Dual<R, N> {
     type Output = Self;
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         let inverse = other.value.recip();
         let quotient: R = self.value * inverse;
@@ -87,24 +94,28 @@ macro_rules! with_real {
     ($float:ident) => {
         impl<const N: usize> Add<$float> for Dual<$float, N> {
             type Output = Self;
+            #[inline(always)]
             fn add(self, other: $float) -> Self {
                 Self { value: self.value + other, partials: self.partials }
             }
         }
         impl<const N: usize> Sub<$float> for Dual<$float, N> {
             type Output = Self;
+            #[inline(always)]
             fn sub(self, other: $float) -> Self {
                 Self { value: self.value - other, partials: self.partials }
             }
         }
         impl<const N: usize> Mul<$float> for Dual<$float, N> {
             type Output = Self;
+            #[inline(always)]
             fn mul(self, other: $float) -> Self {
                 self.chain(self.value * other, other)
             }
         }
         impl<const N: usize> Div<$float> for Dual<$float, N> {
             type Output = Self;
+            #[inline(always)]
             fn div(self, other: $float) -> Self {
                 let inverse = other.recip();
                 self.chain(self.value / other, inverse)
@@ -113,31 +124,39 @@ macro_rules! with_real {
         impl<const N: usize> Scalar for Dual<$float, N> {
             type Real = $float;
 
+            #[inline(always)]
             fn from_real(value: $float) -> Self {
                 Self { value, partials: [0.0; N] }
             }
+            #[inline(always)]
             fn value(self) -> $float {
                 self.value
             }
+            #[inline(always)]
             fn exp(self) -> Self {
-                let e = self.value.exp();
+                let e = Scalar::exp(self.value);
                 self.chain(e, e)
             }
+            #[inline(always)]
             fn ln(self) -> Self {
-                self.chain(self.value.ln(), self.value.recip())
+                self.chain(Scalar::ln(self.value), self.value.recip())
             }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 let root = self.value.sqrt();
                 self.chain(root, 0.5 / root)
             }
+            #[inline(always)]
             fn sin(self) -> Self {
                 self.chain(self.value.sin(), self.value.cos())
             }
+            #[inline(always)]
             fn erfc(self) -> Self {
                 // d erfc(x)/dx = -2/sqrt(pi) exp(-x^2)
-                let slope = -std::$float::consts::FRAC_2_SQRT_PI * (-self.value * self.value).exp();
+                let slope = -std::$float::consts::FRAC_2_SQRT_PI * Scalar::exp(-self.value * self.value);
                 self.chain(Scalar::erfc(self.value), slope)
             }
+            #[inline(always)]
             fn if_less(a: $float, b: $float, then: Self, otherwise: Self) -> Self {
                 if a < b { then } else { otherwise }
             }

@@ -1,6 +1,7 @@
-//! Numbers: the scalar trait that every formula is written in, dual numbers, quadrature.
+//! Numbers: the scalar trait that every formula is written in, dual numbers, elementary functions, quadrature.
 
 mod dual;
+pub(crate) mod elementary;
 mod quadrature;
 mod scalar;
 

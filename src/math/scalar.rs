@@ -7,6 +7,7 @@
 //! Formulas choose between two expressions with [`Scalar::if_less`] instead of `if`, so that the same
 //! text can later run on several samples at a time (lanes have no single truth value).
 
+use super::elementary;
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -64,30 +65,35 @@ pub trait Scalar:
 
     /// A literal.
     #[must_use]
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self::from_real(Self::Real::literal(value))
     }
 
     /// self + literal.
     #[must_use]
+    #[inline(always)]
     fn plus(self, literal: f64) -> Self {
         self + Self::Real::literal(literal)
     }
 
     /// self * literal.
     #[must_use]
+    #[inline(always)]
     fn times(self, literal: f64) -> Self {
         self * Self::Real::literal(literal)
     }
 
     /// 1 / self.
     #[must_use]
+    #[inline(always)]
     fn recip(self) -> Self {
         Self::constant(1.0) / self
     }
 
     /// self^2.
     #[must_use]
+    #[inline(always)]
     fn squared(self) -> Self {
         self * self
     }
@@ -108,18 +114,21 @@ pub trait Real: Scalar<Real = Self> {
 
     /// The lesser of two numbers; `other` where either is NaN.
     #[must_use]
+    #[inline(always)]
     fn lesser(self, other: Self) -> Self {
         Self::if_less(self, other, self, other)
     }
 
     /// The greater of two numbers; `self` where either is NaN.
     #[must_use]
+    #[inline(always)]
     fn greater(self, other: Self) -> Self {
         Self::if_less(self, other, other, self)
     }
 
     /// self^5 by three multiplications.
     #[must_use]
+    #[inline(always)]
     fn fifth_power(self) -> Self {
         let square: Self = self * self;
         let fourth: Self = square * square;
@@ -127,32 +136,43 @@ pub trait Real: Scalar<Real = Self> {
     }
 }
 
+// A function that is not merged into the loop that calls it keeps the loop from being packed: hence
+// `inline(always)` here and in `dual.rs`. The smaller type has the functions of the larger one, which cost it no more
+// than a conversion.
 macro_rules! plain_number {
-    ($float:ident, $erfc:path) => {
+    ($float:ident) => {
         impl Scalar for $float {
             type Real = $float;
 
+            #[inline(always)]
             fn from_real(value: $float) -> Self {
                 value
             }
+            #[inline(always)]
             fn value(self) -> $float {
                 self
             }
+            #[inline(always)]
             fn exp(self) -> Self {
-                $float::exp(self)
+                Self::literal(elementary::exp(f64::from(self)))
             }
+            #[inline(always)]
             fn ln(self) -> Self {
-                $float::ln(self)
+                Self::literal(elementary::ln(f64::from(self)))
             }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 $float::sqrt(self)
             }
+            #[inline(always)]
             fn sin(self) -> Self {
                 $float::sin(self)
             }
+            #[inline(always)]
             fn erfc(self) -> Self {
-                $erfc(self)
+                Self::literal(elementary::erfc(f64::from(self)))
             }
+            #[inline(always)]
             fn if_less(a: $float, b: $float, then: Self, otherwise: Self) -> Self {
                 if a < b { then } else { otherwise }
             }
@@ -161,20 +181,48 @@ macro_rules! plain_number {
         impl Real for $float {
             #[allow(
                 clippy::cast_possible_truncation,
-                reason = "rounding a literal to the type is what the function is for"
+                reason = "rounding to the type is what the function is for"
             )]
+            #[inline(always)]
             fn literal(value: f64) -> Self {
                 value as $float
             }
+            #[inline(always)]
             fn ln_1p(self) -> Self {
-                $float::ln_1p(self)
+                Self::literal(elementary::ln_1p(f64::from(self)))
             }
+            #[inline(always)]
             fn atan2(self, x: Self) -> Self {
-                $float::atan2(self, x)
+                Self::literal(elementary::atan2(f64::from(self), f64::from(x)))
             }
         }
     };
 }
 
-plain_number!(f64, libm::erfc);
-plain_number!(f32, libm::erfcf);
+plain_number!(f64);
+plain_number!(f32);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Computed in f64 and rounded once, the result is the nearest f32 or, rarely, its neighbour.
+    #[test]
+    fn single_precision_is_rounded_once() {
+        let close = |found: f32, exact: f64| {
+            let exact = f32::literal(exact);
+            assert!((exact.next_down()..=exact.next_up()).contains(&found), "{found:e}, not {exact:e}");
+        };
+        for i in 1..20_000_u16 {
+            let x = f32::from(i) * 1e-3;
+            let wide = f64::from(x);
+            close(Scalar::exp(-x), libm::exp(-wide));
+            close(Scalar::ln(x), libm::log(wide));
+            close(Scalar::erfc(x * 0.5), libm::erfc(wide * 0.5));
+            close(Real::ln_1p(x), libm::log1p(wide));
+            close(Real::atan2(x, -0.7), libm::atan2(wide, f64::from(-0.7_f32)));
+        }
+        assert_eq!(Scalar::exp(89.0_f32), f32::INFINITY);
+        assert!(Scalar::ln(-1.0_f32).is_nan());
+    }
+}
