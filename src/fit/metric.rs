@@ -1,8 +1,7 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
-#[cfg(test)]
-use crate::geometry::BLOCK;
-use crate::geometry::Row;
+use super::triangle::dot;
+use crate::geometry::{BLOCK, Row};
 use crate::math::{Real, elementary};
 
 /// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
@@ -44,13 +43,17 @@ impl Metric {
         if self == Self::Log { x.greater(LOG_FLOOR) } else { x }
     }
 
-    /// g(x) of a row, exactly as the metric is defined.
+    /// The squares of g(x) - g(x*), exactly as the metric is defined, summed with weights.
     #[inline(always)]
-    pub(super) fn exact_row(self, x: &Row) -> Row {
+    pub(super) fn squares(self, x: &Row, measured: &Row, weights: &Row) -> f64 {
         match self {
-            Self::L2 => *x,
-            Self::Log => x.map(Real::ln_1p),
-            Self::Cbrt => x.map(cube_root),
+            Self::L2 => weighted_squares(x, measured, weights, |x, measured| x - measured),
+            Self::Log => weighted_squares(x, measured, weights, |x, measured| {
+                Real::ln_1p(x) - Real::ln_1p(measured.greater(LOG_FLOOR))
+            }),
+            Self::Cbrt => {
+                weighted_squares(x, measured, weights, |x, measured| cube_root(x) - cube_root(measured))
+            }
         }
     }
 
@@ -62,18 +65,29 @@ impl Metric {
     }
 }
 
+#[inline(always)]
+fn weighted_squares(x: &Row, measured: &Row, weights: &Row, difference: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut squares = [0.0; BLOCK];
+    for ((square, x), measured) in squares.iter_mut().zip(x).zip(measured) {
+        let difference = difference(*x, *measured);
+        *square = difference * difference;
+    }
+    dot(&squares, weights)
+}
+
 /// The cube root of x = x (x^2)^(-1/3).
 #[inline(always)]
 fn cube_root(x: f64) -> f64 {
-    // Squares of very large and very small numbers are out of range: powers of 2^300 are taken out, whose cube
-    // roots are exact.
-    const RANGE: i32 = 300;
-    let (up, down) = (2_f64.powi(RANGE), 2_f64.powi(-RANGE));
+    // Squares of very large and very small numbers are out of range: powers of 2 whose cube roots are exact are
+    // taken out.
+    let (large, small) = (2_f64.powi(300), 2_f64.powi(-300));
     let size = x.abs();
-    let (scale, root) =
-        (if size > up { down } else { 1.0 }, if size > up { 2_f64.powi(RANGE / 3) } else { 1.0 });
-    let (scale, root) =
-        (if size < down { up } else { scale }, if size < down { 2_f64.powi(-RANGE / 3) } else { root });
+    let choose = |at_large: f64, at_small: f64| {
+        let rest = if size < small { at_small } else { 1.0 };
+        if size > large { at_large } else { rest }
+    };
+    let scale = choose(2_f64.powi(-600), 2_f64.powi(600));
+    let root = choose(2_f64.powi(200), 2_f64.powi(-200));
     let scaled = x * scale;
     scaled * elementary::inverse_cbrt((scaled * scaled).greater(f64::MIN_POSITIVE)) * root
 }
