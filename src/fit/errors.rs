@@ -155,14 +155,26 @@ impl WithSimd for Comparison<'_> {
             *x = f * cos_i;
             *target = measured * cos_i;
         }
-        let squares = Metric::ALL.map(|metric| metric.squares(&x, &target, weights));
+        let mut squares = [0.0; Metric::ALL.len()];
+        for (sum, metric) in squares.iter_mut().zip(Metric::ALL) {
+            let (mut model, mut wanted) = (x, [0.0; BLOCK]);
+            for (wanted, target) in wanted.iter_mut().zip(&target) {
+                *wanted = metric.measured(*target);
+            }
+            metric.apply_exactly(&mut model);
+            metric.apply_exactly(&mut wanted);
+            for (model, wanted) in model.iter_mut().zip(&wanted) {
+                *model = (*model - wanted) * (*model - wanted);
+            }
+            *sum = dot(&model, weights);
+        }
 
         let (mut ratios, mut differences) = ([0.0; BLOCK], [0.0; BLOCK]);
         let samples = ratios.iter_mut().zip(&f).zip(measured).zip(block.cos_i()).zip(block.cos_o());
         for ((((ratio, f), measured), cos_i), cos_o) in samples {
             let q = (cos_i * cos_o).greater(LOG_RATIO_OFFSET);
-            let argument = |f: f64| f.greater(0.0) * q + LOG_RATIO_OFFSET;
-            *ratio = Scalar::ln(argument(*f) / argument(*measured)).abs();
+            let (modelled, measured) = (f.greater(0.0) * q, measured.greater(0.0) * q);
+            *ratio = Scalar::ln((modelled + LOG_RATIO_OFFSET) / (measured + LOG_RATIO_OFFSET)).abs();
         }
         for ((difference, x), target) in differences.iter_mut().zip(&x).zip(&target) {
             *difference = (x - target).abs();

@@ -1,7 +1,8 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
-use super::triangle::dot;
-use crate::geometry::{BLOCK, Row};
+#[cfg(test)]
+use crate::geometry::BLOCK;
+use crate::geometry::Row;
 use crate::math::{Real, elementary};
 
 /// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
@@ -43,16 +44,20 @@ impl Metric {
         if self == Self::Log { x.greater(LOG_FLOOR) } else { x }
     }
 
-    /// The squares of g(x) - g(x*), exactly as the metric is defined, summed with weights.
+    /// Replaces x by g(x), exactly as the metric is defined.
     #[inline(always)]
-    pub(super) fn squares(self, x: &Row, measured: &Row, weights: &Row) -> f64 {
+    pub(super) fn apply_exactly(self, row: &mut Row) {
         match self {
-            Self::L2 => weighted_squares(x, measured, weights, |x, measured| x - measured),
-            Self::Log => weighted_squares(x, measured, weights, |x, measured| {
-                Real::ln_1p(x) - Real::ln_1p(measured.greater(LOG_FLOOR))
-            }),
+            Self::L2 => {}
+            Self::Log => {
+                for x in row {
+                    *x = Real::ln_1p(*x);
+                }
+            }
             Self::Cbrt => {
-                weighted_squares(x, measured, weights, |x, measured| cube_root(x) - cube_root(measured))
+                for x in row {
+                    *x = cube_root(*x);
+                }
             }
         }
     }
@@ -63,16 +68,6 @@ impl Metric {
         let smoothing = (CBRT_SMOOTHING * mean).max(1e-30);
         Transform { metric: self, smoothing2: smoothing * smoothing }
     }
-}
-
-#[inline(always)]
-fn weighted_squares(x: &Row, measured: &Row, weights: &Row, difference: impl Fn(f64, f64) -> f64) -> f64 {
-    let mut squares = [0.0; BLOCK];
-    for ((square, x), measured) in squares.iter_mut().zip(x).zip(measured) {
-        let difference = difference(*x, *measured);
-        *square = difference * difference;
-    }
-    dot(&squares, weights)
 }
 
 /// The cube root of x = x (x^2)^(-1/3).
