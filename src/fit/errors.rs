@@ -5,7 +5,7 @@ use super::metric::Metric;
 use super::observed::row;
 use super::parameters::ParameterTable;
 use super::triangle::dot;
-use crate::geometry::{BLOCK, Block, Row};
+use crate::geometry::{Block, Row};
 use crate::math::{Real, Scalar, count};
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Expression};
@@ -148,7 +148,7 @@ impl WithSimd for Comparison<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Sums {
         let Self { block, bases, terms, measured, weights } = self;
-        let (mut f, mut x, mut target) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
+        let (mut f, mut x, mut target) = (Row::filled(0.0), Row::filled(0.0), Row::filled(0.0));
         sum(bases, terms, &mut f);
         let samples = x.iter_mut().zip(&mut target).zip(&f).zip(measured).zip(block.cos_i());
         for ((((x, target), f), measured), cos_i) in samples {
@@ -157,7 +157,7 @@ impl WithSimd for Comparison<'_> {
         }
         let mut squares = [0.0; Metric::ALL.len()];
         for (sum, metric) in squares.iter_mut().zip(Metric::ALL) {
-            let (mut model, mut wanted) = (x, [0.0; BLOCK]);
+            let (mut model, mut wanted) = (x, Row::filled(0.0));
             for (wanted, target) in wanted.iter_mut().zip(&target) {
                 *wanted = metric.measured(*target);
             }
@@ -169,7 +169,7 @@ impl WithSimd for Comparison<'_> {
             *sum = dot(&model, weights);
         }
 
-        let (mut ratios, mut differences) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let (mut ratios, mut differences) = (Row::filled(0.0), Row::filled(0.0));
         let samples = ratios.iter_mut().zip(&f).zip(measured).zip(block.cos_i()).zip(block.cos_o());
         for ((((ratio, f), measured), cos_i), cos_o) in samples {
             let q = (cos_i * cos_o).greater(LOG_RATIO_OFFSET);

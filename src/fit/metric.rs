@@ -1,7 +1,5 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
-#[cfg(test)]
-use crate::geometry::BLOCK;
 use crate::geometry::Row;
 use crate::math::{Real, elementary};
 
@@ -101,8 +99,8 @@ impl Transform {
     /// g(x) and g'(x).
     #[cfg(test)]
     pub(super) fn apply(self, x: f64) -> (f64, f64) {
-        let (mut g, mut slope) = ([0.0; BLOCK], [0.0; BLOCK]);
-        self.differences(&[x; BLOCK], &[0.0; BLOCK], &mut g, &mut slope);
+        let (mut g, mut slope) = (Row::filled(0.0), Row::filled(0.0));
+        self.differences(&Row::filled(x), &Row::filled(0.0), &mut g, &mut slope);
         (g[0], slope[0])
     }
 

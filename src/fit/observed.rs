@@ -89,8 +89,8 @@ impl<'a> Observed<'a> {
         let sigma = samples.sigma.as_ref().and_then(|sigma| sigma.get(channel));
         let precision = sigma.map(|sigma| {
             let of_block = |space: &mut Block, (index, (x, sigma)): (usize, (&Row, &[f64]))| {
-                let (mut transformed, mut slopes) = ([0.0; BLOCK], [0.0; BLOCK]);
-                transform.differences(x, &[0.0; BLOCK], &mut transformed, &mut slopes);
+                let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
+                transform.differences(x, &Row::filled(0.0), &mut transformed, &mut slopes);
                 let mut precision = row(sigma, 1.0);
                 let entries = precision.iter_mut().zip(&slopes).zip(self.block(index, space).cos_i());
                 entries.for_each(|((entry, slope), cos)| *entry = 1.0 / (*entry * cos * slope));
@@ -190,8 +190,8 @@ impl WithSimd for Transformed<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (mut transformed, mut slopes) = ([0.0; BLOCK], [0.0; BLOCK]);
-        self.transform.differences(self.x, &[0.0; BLOCK], &mut transformed, &mut slopes);
+        let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
+        self.transform.differences(self.x, &Row::filled(0.0), &mut transformed, &mut slopes);
         *self.x = transformed;
     }
 }
@@ -203,7 +203,7 @@ fn range(samples: &Samples, index: usize) -> std::ops::Range<usize> {
 
 /// Up to a row of values, filled up.
 pub(super) fn row(values: &[f64], rest: f64) -> Row {
-    let mut row = [rest; BLOCK];
+    let mut row = Row::filled(rest);
     row.iter_mut().zip(values).for_each(|(entry, value)| *entry = *value);
     row
 }
