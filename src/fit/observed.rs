@@ -12,8 +12,8 @@ use rayon::prelude::*;
 /// Samples prepared for a metric. Fits of the same samples share them.
 pub(super) struct Observed<'a> {
     samples: &'a Samples,
-    /// Per channel.
-    targets: Vec<Target>,
+    /// Per channel; none for those that do not count.
+    targets: Vec<Option<Target>>,
     /// Root of weight times normalisation, per block; zero beyond the last sample.
     roots: Vec<Row>,
     /// The geometry of each block, where there are few.
@@ -35,8 +35,25 @@ struct Target {
 const KEPT_SAMPLES: usize = 20_000;
 
 impl<'a> Observed<'a> {
+    /// All channels.
     pub(super) fn new(samples: &'a Samples, metric: Metric) -> Self {
-        let channels = samples.values.len();
+        Self::with_channels(samples, metric, |_| true)
+    }
+
+    /// At most so many channels, spread over all of them.
+    pub(super) fn with_some_channels(samples: &'a Samples, metric: Metric, most: usize) -> Self {
+        let all = samples.values.len();
+        // The channels at the ends and, at equal distances, between them.
+        let chosen: Vec<usize> = if all <= most {
+            (0..all).collect()
+        } else {
+            (0..most).map(|index| index * (all - 1) / (most - 1).max(1)).collect()
+        };
+        Self::with_channels(samples, metric, |channel| chosen.contains(&channel))
+    }
+
+    fn with_channels(samples: &'a Samples, metric: Metric, counts: impl Fn(usize) -> bool) -> Self {
+        let channels = (0..samples.values.len()).filter(|channel| counts(*channel)).count();
         let total: f64 = samples.weights.iter().sum();
         let normalisation = match samples.sigma {
             Some(_) => 1.0,
@@ -56,8 +73,10 @@ impl<'a> Observed<'a> {
             let block = |index| observed.block(index, &mut Block::new()).clone();
             observed.blocks = (0..observed.roots.len()).map(block).collect();
         }
-        observed.targets = (0..channels).map(|channel| observed.target(metric, channel)).collect();
-        observed.magnitude2 = observed.targets.iter().map(|target| target.magnitude2(&observed.roots)).sum();
+        let target = |channel| counts(channel).then(|| observed.target(metric, channel));
+        observed.targets = (0..samples.values.len()).map(target).collect();
+        observed.magnitude2 =
+            observed.targets.iter().flatten().map(|target| target.magnitude2(&observed.roots)).sum();
         observed
     }
 
@@ -113,8 +132,19 @@ impl<'a> Observed<'a> {
         self.samples.len()
     }
 
+    /// Number of channels, whether they count or not.
     pub(super) fn channels(&self) -> usize {
         self.targets.len()
+    }
+
+    /// Whether a channel counts.
+    pub(super) fn counts(&self, channel: usize) -> bool {
+        self.targets.get(channel).is_some_and(Option::is_some)
+    }
+
+    /// Number of residuals.
+    pub(super) fn residuals(&self) -> usize {
+        self.len() * self.targets.iter().flatten().count()
     }
 
     /// Sum of the squares of the measured values, weighted and transformed like the residuals.
@@ -137,7 +167,7 @@ impl<'a> Observed<'a> {
     }
 
     pub(super) fn channel_block(&self, channel: usize, index: usize) -> Option<ObservedBlock<'_>> {
-        let target = self.targets.get(channel)?;
+        let target = self.targets.get(channel)?.as_ref()?;
         Some(ObservedBlock {
             transform: target.transform,
             measured: target.measured.get(index)?,
@@ -160,7 +190,7 @@ impl<'a> Observed<'a> {
             }
             rows.iter().flatten().take(self.len()).map(|value| (value.abs(), 1.0)).collect()
         };
-        let mut values: Vec<(f64, f64)> = self.targets.iter().flat_map(of_target).collect();
+        let mut values: Vec<(f64, f64)> = self.targets.iter().flatten().flat_map(of_target).collect();
         weighted_quantile(&mut values, fraction)
     }
 }
