@@ -77,14 +77,25 @@ impl HalfDifferenceGrid {
     #[must_use]
     pub fn above_horizon(&self) -> &[bool] {
         self.above_horizon.get_or_init(|| {
-            (0_u32..)
-                .take(Self::CELLS)
-                .map(|cell| {
-                    let geometry = self.geometry(cell);
-                    geometry.cos_i() > 0.0 && geometry.cos_o() > 0.0
-                })
-                .collect()
+            let mut above = Vec::with_capacity(Self::CELLS);
+            for h in &self.theta_h {
+                for d in &self.theta_d {
+                    let cosines = self.phi_d.iter().map(|p| Self::cosines(h, d, p));
+                    above.extend(cosines.map(|(cos_i, cos_o)| cos_i > 0.0 && cos_o > 0.0));
+                }
+            }
+            above
         })
+    }
+
+    /// n.wi and n.wo of (sin, cos) of theta_h, theta_d and phi_d.
+    fn cosines(
+        (sin_h, cos_h): &(f64, f64),
+        (sin_d, cos_d): &(f64, f64),
+        (_, cos_p): &(f64, f64),
+    ) -> (f64, f64) {
+        let (along, across) = (cos_d * cos_h, -sin_d * cos_p * sin_h);
+        (along + across, along - across)
     }
 
     fn indices(cell: u32) -> (usize, usize, usize) {
@@ -105,15 +116,15 @@ impl HalfDifferenceGrid {
     pub fn geometry(&self, cell: u32) -> Geometry<f64> {
         let (i, j, k) = Self::indices(cell);
         let at = |axis: &[(f64, f64)], index: usize| axis.get(index).copied().unwrap_or((f64::NAN, f64::NAN));
-        let ((sin_h, cos_h), (sin_d, cos_d), (sin_p, cos_p)) =
-            (at(&self.theta_h, i), at(&self.theta_d, j), at(&self.phi_d, k));
+        let (h, d, p) = (at(&self.theta_h, i), at(&self.theta_d, j), at(&self.phi_d, k));
+        let ((sin_h, cos_h), (sin_d, cos_d), (sin_p, cos_p)) = (h, d, p);
         // wi = Ry(theta_h) (sin td cos pd, sin td sin pd, cos td); wo mirrors wi in h.
-        let along = [cos_d * sin_h, 0.0, cos_d * cos_h];
-        let across = [sin_d * cos_p * cos_h, sin_d * sin_p, -sin_d * cos_p * sin_h];
-        let ([lx, ly, lz], [ax, ay, az]) = (along, across);
+        let (along_x, across_x, across_y) = (cos_d * sin_h, sin_d * cos_p * cos_h, sin_d * sin_p);
+        let (cos_i, cos_o) = Self::cosines(&h, &d, &p);
         Geometry {
-            wi: [lx + ax, ly + ay, lz + az],
-            wo: [lx - ax, ly - ay, lz - az],
+            wi: [along_x + across_x, across_y, cos_i],
+            // 0 - y: negating would make a zero negative, and its azimuth -180 degrees.
+            wo: [along_x - across_x, 0.0 - across_y, cos_o],
             h: [sin_h, 0.0, cos_h],
             cos_d,
         }
