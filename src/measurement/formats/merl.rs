@@ -139,7 +139,7 @@ impl<'g> Table<'g> {
         let rows = words.chunks(ROW).zip(above.chunks(ROW)).zip(verdicts.chunks_mut(ROW));
         for ((words, above), verdicts) in rows {
             // Without an early end, so that several are compared at once.
-            let usable = |all: bool, v: f64| all & (v >= 0.0) & (v <= f64::MAX);
+            let usable = |all: bool, v: f64| all & (0.0..=f64::MAX).contains(&v);
             if !words.iter().map(value).fold(true, usable) {
                 for (word, verdict) in words.iter().zip(verdicts) {
                     *verdict = Verdict::of(value(word)).max(*verdict);
