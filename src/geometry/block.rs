@@ -85,6 +85,8 @@ pub struct Block {
     wo: [Row; 3],
     h: [Row; 3],
     cos_d: Row,
+    /// Where samples begin that share the half vector and the difference angle; empty where that is not known.
+    rings: Vec<usize>,
 }
 
 impl Default for Block {
@@ -98,12 +100,13 @@ impl Block {
     #[must_use]
     pub const fn new() -> Self {
         const NORMAL: [Row; 3] = [Row::filled(0.0), Row::filled(0.0), Row::filled(1.0)];
-        Self { len: 0, wi: NORMAL, wo: NORMAL, h: NORMAL, cos_d: Row::filled(1.0) }
+        Self { len: 0, wi: NORMAL, wo: NORMAL, h: NORMAL, cos_d: Row::filled(1.0), rings: Vec::new() }
     }
 
     /// Replaces the content. Samples beyond [`BLOCK`] are left out.
     pub fn fill(&mut self, samples: impl Iterator<Item = Geometry<f64>>) {
         self.len = 0;
+        self.rings.clear();
         let mut last = None;
         for (place, geometry) in samples.take(BLOCK).enumerate() {
             self.set(place, &geometry);
@@ -118,6 +121,7 @@ impl Block {
     /// Replaces the content by pairs of directions. Those beyond [`BLOCK`] are left out.
     pub fn fill_pairs(&mut self, pairs: &[Pair]) {
         self.len = pairs.len().min(BLOCK);
+        self.rings.clear();
         let Some(last) = pairs.get(..BLOCK).unwrap_or(pairs).last() else { return };
         for (place, pair) in pairs.iter().chain(std::iter::repeat(last)).take(BLOCK).enumerate() {
             put(&mut self.wi, place, pair.wi.to_array());
@@ -130,10 +134,12 @@ impl Block {
     pub fn fill_cells(&mut self, grid: &HalfDifferenceGrid, cells: &[u32]) {
         let mut rest = cells.get(..BLOCK).unwrap_or(cells);
         self.len = rest.len();
+        self.rings.clear();
         let arch = Arch::new();
         let mut start = 0;
         while let Some((ring, sin_p, cos_p)) = grid.first_ring(rest) {
             let count = sin_p.len();
+            self.rings.push(start);
             arch.dispatch(RingCells { block: self, start, ring, sin_p, cos_p });
             start += count;
             rest = rest.get(count..).unwrap_or_default();
@@ -169,6 +175,13 @@ impl Block {
     pub fn at(&self, place: usize) -> Geometry<f64> {
         let vector = |[x, y, z]: &[Row; 3]| [x[place], y[place], z[place]];
         Geometry { wi: vector(&self.wi), wo: vector(&self.wo), h: vector(&self.h), cos_d: self.cos_d[place] }
+    }
+
+    /// The places where samples begin that share the half vector and the difference angle, which a grid has many
+    /// of; empty where that is not known.
+    #[must_use]
+    pub fn rings(&self) -> &[usize] {
+        &self.rings
     }
 
     /// Cosine of the angle of incidence of every sample.

@@ -14,6 +14,8 @@ use super::Values;
 use crate::geometry::{BLOCK, Block, Geometry, Row};
 use crate::math::{Dual, Scalar};
 use pulp::{Arch, Simd, WithSimd};
+use std::any::Any;
+use std::fmt;
 
 /// One factor of the basis functions of a lobe.
 ///
@@ -24,8 +26,11 @@ pub trait Part {
     const SHAPES: usize;
     /// How many functions it has: one per basis function of the lobe, or one that multiplies them all.
     const FUNCTIONS: usize = 1;
-    /// Quantities that depend on the shapes alone, computed once per block.
-    type Prepared<T: Scalar>: Copy;
+    /// Whether it depends on the half vector and the difference angle alone: on the samples of a grid, which share
+    /// these by the hundred, it is evaluated once for all that do.
+    const SHARED_ON_RINGS: bool = false;
+    /// Quantities that depend on the shapes alone, computed anew only when these have changed.
+    type Prepared<T: Scalar>: Copy + Send + Sync + 'static;
     /// A value per function.
     type Output<T: Scalar>: AsRef<[T]>;
 
@@ -62,6 +67,53 @@ struct PartBlock {
     values: Vec<Row>,
     /// For each of the part's shapes, a row per function.
     partials: Vec<Row>,
+    prepared: Preparation,
+}
+
+/// What a part has prepared last, and for which shapes and derivatives. Some prepare by quadrature, which must not
+/// be repeated for every block.
+#[derive(Default)]
+struct Preparation {
+    shapes: Vec<f64>,
+    offset: usize,
+    prepared: Option<Box<dyn Any + Send + Sync>>,
+}
+
+impl Preparation {
+    /// What `prepare` has made of the same shapes before, or makes now.
+    fn of<T: Copy + Send + Sync + 'static>(
+        &mut self,
+        shapes: &[f64],
+        offset: usize,
+        prepare: impl FnOnce() -> T,
+    ) -> T {
+        let known = self.prepared.as_deref().and_then(|known| known.downcast_ref::<T>());
+        if let Some(known) = known.filter(|_| self.shapes == shapes && self.offset == offset) {
+            return *known;
+        }
+        let prepared = prepare();
+        self.shapes.clear();
+        self.shapes.extend(shapes);
+        self.offset = offset;
+        match self.prepared.as_deref_mut().and_then(|place| place.downcast_mut::<T>()) {
+            Some(place) => *place = prepared,
+            None => self.prepared = Some(Box::new(prepared)),
+        }
+        prepared
+    }
+}
+
+impl Clone for Preparation {
+    /// Starts anew: what was prepared is quickly prepared again.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl fmt::Debug for Preparation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Preparation").field("shapes", &self.shapes).finish_non_exhaustive()
+    }
 }
 
 impl BasisBlock {
@@ -140,16 +192,18 @@ impl Visitor for PartEvaluation<'_> {
         let derivatives = if self.differentiate { P::SHAPES } else { 0 };
         part.partials.resize(derivatives * P::FUNCTIONS, Row::filled(0.0));
         if derivatives == 0 {
-            run::<P, 0>(self.arch, self.block, shapes, 0, &mut part.values, &mut part.partials);
+            let PartBlock { values, partials, prepared, .. } = part;
+            run::<P, 0>(self.arch, self.block, shapes, 0, prepared, values, partials);
             return;
         }
         // Dual numbers of more than three derivatives do not fit into the registers: several rounds of fewer.
-        for (round, rows) in part.partials.chunks_mut(3 * P::FUNCTIONS).enumerate() {
-            let (arch, block, offset, values) = (self.arch, self.block, 3 * round, &mut part.values);
+        let PartBlock { values, partials, prepared, .. } = part;
+        for (round, rows) in partials.chunks_mut(3 * P::FUNCTIONS).enumerate() {
+            let (arch, block, offset) = (self.arch, self.block, 3 * round);
             match P::SHAPES - offset {
-                1 => run::<P, 1>(arch, block, shapes, offset, values, rows),
-                2 => run::<P, 2>(arch, block, shapes, offset, values, rows),
-                _ => run::<P, 3>(arch, block, shapes, offset, values, rows),
+                1 => run::<P, 1>(arch, block, shapes, offset, prepared, values, rows),
+                2 => run::<P, 2>(arch, block, shapes, offset, prepared, values, rows),
+                _ => run::<P, 3>(arch, block, shapes, offset, prepared, values, rows),
             }
         }
     }
@@ -161,19 +215,24 @@ fn run<P: Part, const N: usize>(
     block: &Block,
     shapes: &[f64],
     offset: usize,
+    prepared: &mut Preparation,
     values: &mut [Row],
     partials: &mut [Row],
 ) {
-    let mut seeded = [Dual::from_real(0.0); MOST_SHAPES];
-    for (j, (seed, shape)) in seeded.iter_mut().zip(shapes).enumerate() {
-        *seed = Dual::<f64, N>::variable(*shape, j.wrapping_sub(offset));
+    let prepared = prepared.of(shapes, offset, || {
+        let seed = |(j, shape): (usize, &f64)| Dual::<f64, N>::variable(*shape, j.wrapping_sub(offset));
+        P::prepare(Values::new(&shapes.iter().enumerate().map(seed).collect::<Vec<_>>()))
+    });
+    let rings = block.rings();
+    if P::SHARED_ON_RINGS && (1..=MOST_RINGS).contains(&rings.len()) {
+        arch.dispatch(RunOnRings::<P, N> { block, prepared, values, partials });
+    } else {
+        arch.dispatch(Run::<P, N> { block, prepared, values, partials });
     }
-    let prepared = P::prepare(Values::new(seeded.get(..shapes.len()).unwrap_or_default()));
-    arch.dispatch(Run::<P, N> { block, prepared, values, partials });
 }
 
-/// The most shapes that a part may have.
-const MOST_SHAPES: usize = 16;
+/// With more rings in a block there is little to share.
+const MOST_RINGS: usize = 8;
 
 struct Run<'a, P: Part, const N: usize> {
     block: &'a Block,
@@ -201,6 +260,37 @@ impl<P: Part, const N: usize> WithSimd for Run<'_, P, N> {
                 values[k][i] = output[k].value;
                 for j in 0..N {
                     partials[j * P::FUNCTIONS + k][i] = output[k].partials[j];
+                }
+            }
+        }
+    }
+}
+
+/// The same for a part that is the same for all samples of a ring.
+struct RunOnRings<'a, P: Part, const N: usize> {
+    block: &'a Block,
+    prepared: P::Prepared<Dual<f64, N>>,
+    values: &'a mut [Row],
+    partials: &'a mut [Row],
+}
+
+impl<P: Part, const N: usize> WithSimd for RunOnRings<'_, P, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { block, prepared, values, partials } = self;
+        let rings = block.rings();
+        for (index, &start) in rings.iter().enumerate().filter(|(_, start)| **start < BLOCK) {
+            let end = rings.get(index + 1).copied().unwrap_or(BLOCK);
+            let output = P::at(&prepared, &block.at(start));
+            let fill = |row: Option<&mut Row>, value: f64| {
+                row.and_then(|row| row.get_mut(start..end)).unwrap_or_default().fill(value);
+            };
+            for (k, output) in output.as_ref().iter().take(P::FUNCTIONS).enumerate() {
+                fill(values.get_mut(k), output.value);
+                for (j, partial) in output.partials.iter().enumerate() {
+                    fill(partials.get_mut(j * P::FUNCTIONS + k), *partial);
                 }
             }
         }

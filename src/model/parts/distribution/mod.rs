@@ -34,6 +34,7 @@ pub struct Density<D>(PhantomData<D>);
 
 impl<D: FacetDistribution> Part for Density<D> {
     const SHAPES: usize = 1;
+    const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 1];
 

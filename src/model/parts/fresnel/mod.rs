@@ -43,6 +43,7 @@ pub struct Reflectance<F>(PhantomData<F>);
 impl<F: FresnelReflectance> Part for Reflectance<F> {
     const SHAPES: usize = F::SHAPES;
     const FUNCTIONS: usize = F::FACTORS;
+    const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = [T; 2];
     type Output<T: Scalar> = [T; 2];
 
