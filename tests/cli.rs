@@ -892,6 +892,43 @@ fn one_bad_input_among_several() {
     assert_eq!(parse(&folder.read("all.json"))["failed"].as_array().unwrap().len(), 1);
 }
 
+/// A database: a table that broke off in the middle costs its own report, and nothing else.
+#[test]
+fn a_broken_file_in_a_database_stops_nothing() {
+    let folder = laboratory();
+    let mut broken = merl_filled(1.0);
+    broken.truncate(1_000_000);
+    folder.write("broken.binary", broken);
+    let models = "-m lambert -m 'lambert + cook-torrance'";
+    let run = folder.brdfit(&format!("fit a.csv broken.binary b.csv {models} -o out/"));
+    assert_eq!(run.code, Some(1), "{run:?}");
+    let error = "broken.binary: byte 1000000: expected 34992012 bytes in all, found 1000000 (truncated)";
+    assert!(run.stderr.contains(&format!("error: {error}\n")), "{}", run.stderr);
+    assert!(run.stdout.ends_with(&format!("\n  failed: {error}\n")), "{}", run.stdout);
+    let names: Vec<_> = folder.listing().into_keys().filter(|p| p.starts_with("out")).collect();
+    assert_eq!(names, ["out", "out/a.json", "out/b.json"].map(std::path::PathBuf::from));
+    // Each is what the input gives alone.
+    for name in ["a", "b"] {
+        folder.brdfit(&format!("fit {name}.csv {models} -q -o alone.json")).good();
+        let together = folder.read(&format!("out/{name}.json"));
+        assert_eq!(timeless(&together), timeless(&folder.read("alone.json")), "{name}");
+    }
+}
+
+#[test]
+fn inputs_that_the_time_does_not_reach_are_listed() {
+    let folder = laboratory();
+    let run = folder.brdfit("fit a.csv b.csv nothing.csv -m lambert --timeout 1e-9 --json");
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(run.stderr.contains("error: timeout: 2 of 3 inputs not begun\n"), "{}", run.stderr);
+    let all = run.json();
+    assert_eq!(all["reports"].as_array().unwrap().len(), 1);
+    let failed = json!([{"path": "b.csv", "error": "timeout"}, {"path": "nothing.csv", "error": "timeout"}]);
+    assert_eq!(all["failed"], failed);
+    let table = folder.brdfit("fit a.csv b.csv -m lambert --timeout 1e-9");
+    assert!(table.stdout.ends_with("\n  failed: b.csv: timeout\n"), "{}", table.stdout);
+}
+
 /// A report that must be complete although its fit is not usable.
 fn assert_unusable(run: &Run) -> Value {
     assert_eq!(run.code, Some(1), "{run:?}");

@@ -18,17 +18,19 @@ use brdfit::model::Expression;
 use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
 use common::{CELLS, Folder, merl_filled, merl_header, shared};
 use proptest::prelude::*;
+use sha2::{Digest as _, Sha256};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::io::Read;
 use std::path::Path;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 const CENTER: ReadOptions = ReadOptions { merl_bins: BinPosition::Center };
 const EDGE: ReadOptions = ReadOptions { merl_bins: BinPosition::Edge };
 
 /// Reads bytes in the format of that name.
 fn parse(format: &str, bytes: &[u8], options: &ReadOptions) -> Result<Measurement, Error> {
-    let file = File { path: Path::new("x"), bytes };
-    (named(format).unwrap().read)(&file, options)
+    let mut file = File::new(Path::new("x"), bytes).unwrap();
+    (named(format).unwrap().read)(&mut file, options)
 }
 
 fn parsed(format: &str, text: &str) -> Measurement {
@@ -352,15 +354,59 @@ fn formats_are_recognised_by_content() {
     }
 }
 
+/// A source that gives a few bytes at a time, and is interrupted now and then, as a pipe may be.
+struct Trickle<'a> {
+    rest: &'a [u8],
+    reads: usize,
+}
+
+impl Read for Trickle<'_> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        self.reads += 1;
+        if self.reads.is_multiple_of(10) {
+            return Err(std::io::ErrorKind::Interrupted.into());
+        }
+        let most = into.len().min(4099);
+        self.rest.read(&mut into[..most])
+    }
+}
+
+/// Numbers and hash do not depend on the pieces in which a file arrives.
+#[test]
+fn files_may_arrive_in_pieces() {
+    let merl = merl::encode(Path::new("x"), |cell| (cell % 7 != 3).then(|| pattern(cell as usize))).unwrap();
+    let csv = format!("\u{feff}theta_i,phi_i,theta_o,phi_o,f\n{}", "1,2,3,4,5\n".repeat(20_000)).into_bytes();
+    for (format, bytes) in [("merl", &merl), ("csv", &csv)] {
+        let mut file = File::new(Path::new("x"), Trickle { rest: bytes, reads: 0 }).unwrap();
+        let m = (named(format).unwrap().read)(&mut file, &CENTER).unwrap();
+        let whole = parse(format, bytes, &CENTER).unwrap();
+        assert!(m.values == whole.values && m.dropped == whole.dropped && m.total() == whole.total());
+        let digest = Sha256::digest(bytes);
+        let expected: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(file.sha256(), expected, "{format}");
+    }
+}
+
+#[test]
+fn tables_share_one_grid() {
+    let grid = |options| match parse("merl", &WHOLE, options).unwrap().directions {
+        Directions::Grid { grid, .. } => grid,
+        Directions::Scattered(_) => panic!("a grid"),
+    };
+    assert!(Arc::ptr_eq(&grid(&CENTER), &grid(&CENTER)));
+    assert!(Arc::ptr_eq(&grid(&EDGE), &grid(&EDGE)));
+    assert!(!Arc::ptr_eq(&grid(&CENTER), &grid(&EDGE)));
+}
+
 // Anything at all: an error of one line, or a measurement that keeps its promises; never a panic.
 
 /// Offers bytes to every reader by name, and to every sniffer.
 fn offer(bytes: &[u8]) -> Result<(), TestCaseError> {
     for name in ["x", "x.binary", "x.csv"] {
-        let file = File { path: Path::new(name), bytes };
         for format in REGISTRY {
+            let mut file = File::new(Path::new(name), bytes).unwrap();
             let _ = (format.sniff)(&file);
-            match (format.read)(&file, &CENTER) {
+            match (format.read)(&mut file, &CENTER) {
                 Err(error) => {
                     let message = error.to_string();
                     prop_assert!(message.starts_with(name), "{}", message);

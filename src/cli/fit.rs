@@ -4,18 +4,21 @@ use super::input::{ReadArguments, SampleArguments};
 use super::loss::LossArguments;
 use super::output::{Output, json};
 use super::progress::Bar;
+use super::read_ahead::{Input, read_ahead};
 use super::settings::SettingArguments;
 use super::trust::TrustArguments;
 use super::{Outcome, complain, say, show};
 use brdfit::Error;
-use brdfit::fit::{Options, Progress, fit};
+use brdfit::fit::{Options, Progress, Termination, fit};
 use brdfit::model::Expression;
 use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
 use clap::Args;
+use rayon::ThreadPool;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 /// Arguments of `brdfit fit`.
@@ -96,54 +99,33 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     arguments.report.check_inputs(&arguments.inputs)?;
     arguments.read.check()?;
     let outputs = Outputs::open(arguments)?;
-    let stop = options.stop.clone().unwrap_or_default();
-    listen_for_interrupts(&stop);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| Error::Usage(format!("--threads: {e}")))?;
-
-    let single = arguments.inputs.len() == 1 && expressions.len() == 1;
-    let mut all: Vec<Report> = Vec::new();
-    let mut failed: Vec<Failure> = Vec::new();
-    let mut usable = true;
-    for (index, path) in arguments.inputs.iter().enumerate() {
-        if stop.load(Ordering::Relaxed) && index > 0 {
-            failed.push(Failure { path: path.display().to_string(), error: "interrupted".to_owned() });
-            continue;
-        }
-        match pool.install(|| fit_input(arguments, path, &expressions, &options)) {
-            Ok(reports) => {
-                usable &= reports.iter().all(|report| report.termination.usable);
-                let as_table = !arguments.report.json_alone();
-                for (n, report) in reports.iter().enumerate() {
-                    if as_table && !arguments.report.quiet() && (n > 0 || !all.is_empty()) {
-                        say("\n")?;
-                    }
-                    show(report, as_table, arguments.report.quiet(), !single)?;
-                }
-                outputs.input_done(index, &reports)?;
-                all.extend(reports);
-            }
-            // One input alone: its error is the command's.
-            Err(error) if arguments.inputs.len() == 1 => return Err(error),
-            Err(error) => {
-                // The same mistake in the options is the same for every input: once is enough.
-                if failed.iter().all(|failure| failure.error != error.to_string()) {
-                    complain(&error.to_string());
-                }
-                failed.push(Failure { path: path.display().to_string(), error: error.to_string() });
-            }
-        }
-    }
-    if all.is_empty() {
+    listen_for_interrupts(&options.stop.clone().unwrap_or_default());
+    let pool = threads(arguments.threads.unwrap_or(0))?;
+    // One to read and one to hash, beside those that fit.
+    let reading = threads(pool.current_num_threads().min(2))?;
+    let fits = arguments.inputs.len() * expressions.len();
+    let run = Run {
+        arguments,
+        expressions: &expressions,
+        options: &options,
+        outputs: &outputs,
+        pool: &pool,
+        bar: Arc::new(Bar::new(fits, arguments.report.quiet())),
+    };
+    let done = reading.in_place_scope(|scope| {
+        let measurements = read_ahead(scope, &arguments.read, &arguments.inputs);
+        run.every_input(&measurements)
+    });
+    run.bar.finish();
+    let Done { reports, failed, usable } = done?;
+    if reports.is_empty() {
         return Ok(Outcome::NothingDone);
     }
     let good = usable && failed.is_empty();
-    let text = match (single, all.as_slice()) {
-        (true, [only]) => json(only)?,
+    let text = match reports.as_slice() {
+        [only] if run.single() => json(only)?,
         _ => {
-            let reports = Reports::new(all, failed);
+            let reports = Reports::new(reports, failed);
             if !arguments.report.quiet() && !arguments.report.json_alone() {
                 say(&ranking(&reports))?;
             }
@@ -155,6 +137,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     outputs.all_done(&text)?;
     Ok(if good { Outcome::Good } else { Outcome::NotUsable })
+}
+
+/// So many threads; one per core if 0.
+fn threads(number: usize) -> Result<ThreadPool, Error> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(number).build();
+    pool.map_err(|e| Error::Usage(format!("--threads: {e}")))
 }
 
 /// A whole number of at least 1.
@@ -196,48 +184,124 @@ fn listen_for_interrupts(stop: &Arc<AtomicBool>) {
     });
 }
 
-/// Fits every expression to one input.
-fn fit_input(
-    arguments: &Arguments,
-    path: &Path,
-    expressions: &[Expression],
-    options: &Options,
-) -> Result<Vec<Report>, Error> {
-    let bar = Arc::new(Bar::new(path.display().to_string(), arguments.report.quiet()));
-    let reading = Instant::now();
-    let result = arguments.read.read(path).and_then(|measurement| {
-        let read = reading.elapsed().as_secs_f64();
-        expressions
-            .iter()
-            .map(|expression| {
-                let fitting = Instant::now();
-                let progress: Arc<dyn Progress> = Arc::clone(&bar) as Arc<dyn Progress>;
-                let fitted = fit(&measurement, expression, options, &progress)?;
-                let fit = fitting.elapsed().as_secs_f64();
-                let times = Times { read, fit, total: read + fit, threads: rayon::current_num_threads() };
-                let circumstances = Circumstances {
-                    metric: options.metric,
-                    max_theta_deg: options.filters.max_theta_deg,
-                    options: arguments.trust.record(arguments.loss.record(
-                        &fitted,
-                        OptionRecord {
-                            samples: arguments.samples.samples(),
-                            seed: options.seed,
-                            merl_bins: arguments.read.merl_bins(),
-                            timeout_s: arguments.timeout,
-                            parameters: arguments.settings.as_given(),
-                            ..OptionRecord::default()
-                        },
-                    )),
-                    times,
-                    fitted: true,
-                };
-                Ok(Report::new(&measurement, expression, &fitted, &circumstances))
-            })
-            .collect()
-    });
-    bar.finish();
-    result
+/// The fits of one command.
+struct Run<'a> {
+    arguments: &'a Arguments,
+    expressions: &'a [Expression],
+    options: &'a Options,
+    outputs: &'a Outputs,
+    pool: &'a ThreadPool,
+    bar: Arc<Bar>,
+}
+
+/// What became of them.
+#[derive(Default)]
+struct Done {
+    reports: Vec<Report>,
+    failed: Vec<Failure>,
+    /// Whether every report is of a usable fit.
+    usable: bool,
+}
+
+impl Run<'_> {
+    /// Whether there is one input and one expression.
+    fn single(&self) -> bool {
+        self.arguments.inputs.len() == 1 && self.expressions.len() == 1
+    }
+
+    /// Why no other input is to be begun, if it is not.
+    fn over(&self) -> Option<Termination> {
+        let stopped = self.options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let late = self.options.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        stopped.then_some(Termination::Interrupted).or(late.then_some(Termination::Timeout))
+    }
+
+    /// Fits every expression to every input, and goes on after one that fails. The first is fitted in any
+    /// case, as well as can be in the time.
+    fn every_input(&self, measurements: &Receiver<Result<Input, Error>>) -> Result<Done, Error> {
+        let mut done = Done { usable: true, ..Done::default() };
+        let inputs = &self.arguments.inputs;
+        let failure =
+            |path: &Path, error: &str| Failure { path: path.display().to_string(), error: error.to_owned() };
+        for (index, path) in inputs.iter().enumerate() {
+            if let Some(reason) = self.over().filter(|_| index > 0) {
+                let rest = inputs.get(index..).unwrap_or_default();
+                let (why, left_out) = (reason.name(), rest.len());
+                self.bar
+                    .aside(|| complain(&format!("{why}: {left_out} of {} inputs not begun", inputs.len())));
+                done.failed.extend(rest.iter().map(|path| failure(path, why)));
+                break;
+            }
+            self.bar.begin(path);
+            // The reader sends as many as there are inputs.
+            let Ok(input) = measurements.recv() else { break };
+            match input.and_then(|input| self.pool.install(|| self.one_input(&input))) {
+                Ok(reports) => {
+                    done.usable &= reports.iter().all(|report| report.termination.usable);
+                    self.bar.aside(|| self.show(&reports, done.reports.is_empty()))?;
+                    self.outputs.input_done(index, &reports)?;
+                    done.reports.extend(reports);
+                }
+                // One input alone: its error is the command's.
+                Err(error) if inputs.len() == 1 => return Err(error),
+                Err(error) => {
+                    let error = error.to_string();
+                    // The same mistake in the options is the same for every input: once is enough.
+                    if done.failed.iter().all(|failure| failure.error != error) {
+                        self.bar.aside(|| complain(&error));
+                    }
+                    done.failed.push(failure(path, &error));
+                }
+            }
+            self.bar.passed((index + 1) * self.expressions.len());
+        }
+        Ok(done)
+    }
+
+    /// Fits every expression to one input.
+    fn one_input(&self, input: &Input) -> Result<Vec<Report>, Error> {
+        let Self { arguments, options, .. } = self;
+        let Input { measurement, seconds: read } = input;
+        let fit_one = |expression| {
+            let fitting = Instant::now();
+            let progress: Arc<dyn Progress> = Arc::clone(&self.bar) as Arc<dyn Progress>;
+            let fitted = fit(measurement, expression, options, &progress)?;
+            let fit = fitting.elapsed().as_secs_f64();
+            let threads = rayon::current_num_threads();
+            let circumstances = Circumstances {
+                metric: options.metric,
+                max_theta_deg: options.filters.max_theta_deg,
+                options: arguments.trust.record(arguments.loss.record(
+                    &fitted,
+                    OptionRecord {
+                        samples: arguments.samples.samples(),
+                        seed: options.seed,
+                        merl_bins: arguments.read.merl_bins(),
+                        timeout_s: arguments.timeout,
+                        parameters: arguments.settings.as_given(),
+                        ..OptionRecord::default()
+                    },
+                )),
+                times: Times { read: *read, fit, total: read + fit, threads },
+                fitted: true,
+            };
+            self.bar.fitted();
+            Ok(Report::new(measurement, expression, &fitted, &circumstances))
+        };
+        self.expressions.iter().map(fit_one).collect()
+    }
+
+    /// Shows the reports of one input.
+    fn show(&self, reports: &[Report], first: bool) -> Result<(), Error> {
+        let (quiet, as_table) = (self.arguments.report.quiet(), !self.arguments.report.json_alone());
+        for (index, report) in reports.iter().enumerate() {
+            if as_table && !quiet && (index > 0 || !first) {
+                say("\n")?;
+            }
+            show(report, as_table, quiet, !self.single())?;
+        }
+        Ok(())
+    }
 }
 
 /// The models of each input from best to worst, as text.
@@ -249,8 +313,10 @@ fn ranking(reports: &Reports) -> String {
             text += &format!("  {} {value}  {}  {}\n", rank.criterion, report.data.path, report.model);
         }
     }
-    for failure in &reports.failed {
-        text += &format!("  failed: {}\n", failure.error);
+    for Failure { path, error } in &reports.failed {
+        // Errors about a file's content begin with its name.
+        let name = if error.starts_with(path.as_str()) { String::new() } else { format!("{path}: ") };
+        text += &format!("  failed: {name}{error}\n");
     }
     text
 }

@@ -10,6 +10,7 @@ mod loss;
 mod models;
 mod output;
 mod progress;
+mod read_ahead;
 mod settings;
 mod synth;
 mod trust;

@@ -1,44 +1,160 @@
 //! Progress on standard error, where that is a terminal.
 
 use brdfit::fit::Progress;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
 use std::io::IsTerminal as _;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// A line that shows the stage of a fit and its cost, and goes away at the end.
+/// A line that shows which fit of how many is under way, its stage and cost, and the time left. It goes away
+/// at the end.
 pub struct Bar {
     bar: ProgressBar,
+    now: Arc<Mutex<Now>>,
+}
+
+/// What is under way.
+#[derive(Default)]
+struct Now {
+    /// Fits asked for.
+    fits: u32,
+    /// Fits done or given up.
+    past: u32,
+    /// Fits done.
+    done: u32,
+    /// How long they took, reading included, from the beginning to the end of the last.
+    took: Duration,
     title: String,
+    stage: String,
+}
+
+impl Now {
+    fn text(&self) -> String {
+        let Self { fits, past, title, stage, .. } = self;
+        if *fits > 1 {
+            format!("[{}/{fits}] {title}: {stage}", (past + 1).min(*fits))
+        } else {
+            format!("{title}: {stage}")
+        }
+    }
+
+    /// The time that the fits still to be done will take, if they take as long as those done.
+    fn left(&self, elapsed: Duration) -> Option<Duration> {
+        let each = self.took.checked_div(self.done)?;
+        let expected = each.saturating_mul(self.fits.saturating_sub(self.past));
+        Some(expected.saturating_sub(elapsed.saturating_sub(self.took)))
+    }
 }
 
 impl Bar {
-    /// A line titled `title`; hidden if `quiet` or not on a terminal.
-    pub fn new(title: String, quiet: bool) -> Self {
+    /// A line about so many fits; hidden if `quiet` or not on a terminal.
+    pub fn new(fits: usize, quiet: bool) -> Self {
         let shown = !quiet && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(None, target);
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}  [{elapsed}]") {
-            bar.set_style(style);
+        let fits = u32::try_from(fits).unwrap_or(u32::MAX);
+        let now = Arc::new(Mutex::new(Now { fits, ..Now::default() }));
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}{left}") {
+            let now = Arc::clone(&now);
+            bar.set_style(style.with_key("left", move |state: &ProgressState, text: &mut dyn Write| {
+                let now = now.lock().unwrap_or_else(PoisonError::into_inner);
+                if let Some(left) = now.left(state.elapsed()) {
+                    // What cannot be shown is not missed.
+                    let _ = write!(text, ", {} left", rough(left));
+                }
+            }));
         }
         if shown {
             bar.enable_steady_tick(Duration::from_millis(120));
         }
-        bar.set_message(format!("{title}: reading"));
-        Self { bar, title }
+        Self { bar, now }
+    }
+
+    /// The next input begins.
+    pub fn begin(&self, path: &Path) {
+        self.change(|now| {
+            now.title = path.display().to_string();
+            "reading".clone_into(&mut now.stage);
+        });
+    }
+
+    /// A fit is done.
+    pub fn fitted(&self) {
+        let elapsed = self.bar.elapsed();
+        self.change(|now| {
+            now.past += 1;
+            now.done += 1;
+            now.took = elapsed;
+        });
+    }
+
+    /// All fits of the inputs so far are done or will not be: `past` in all.
+    pub fn passed(&self, past: usize) {
+        self.change(|now| now.past = u32::try_from(past).unwrap_or(u32::MAX));
+    }
+
+    /// Takes the line away while `print` prints.
+    pub fn aside<R>(&self, print: impl FnOnce() -> R) -> R {
+        self.bar.suspend(print)
     }
 
     /// Removes the line.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
+
+    fn change(&self, change: impl FnOnce(&mut Now)) {
+        let mut now = self.now.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut now);
+        let text = now.text();
+        // Drawing asks for the time left, and so for the lock.
+        drop(now);
+        self.bar.set_message(text);
+    }
 }
 
 impl Progress for Bar {
     fn stage(&self, name: &str) {
-        self.bar.set_message(format!("{}: {name}", self.title));
+        self.change(|now| name.clone_into(&mut now.stage));
     }
 
     fn iteration(&self, iteration: u64, cost: f64) {
-        self.bar.set_message(format!("{}: iteration {iteration}, cost {cost:.6e}", self.title));
+        self.change(|now| now.stage = format!("fitting, iteration {iteration}, cost {cost:.6e}"));
+    }
+}
+
+/// A time to read at a glance.
+fn rough(time: Duration) -> String {
+    match time.as_secs() {
+        seconds @ 0..100 => format!("{seconds} s"),
+        seconds @ 100..6000 => format!("{} min", seconds.div_ceil(60)),
+        seconds => format!("{} h", seconds.div_ceil(3600)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_left_follows_the_fits_done() {
+        let seconds = Duration::from_secs;
+        let mut now = Now { fits: 20, title: "a.binary".to_owned(), ..Now::default() };
+        assert_eq!(now.left(seconds(3)), None, "nothing is known before the first is done");
+        // Five took 10 s, two were given up: 13 are left, one of them begun 1 s ago.
+        (now.past, now.done, now.took) = (7, 5, seconds(10));
+        assert_eq!(now.left(seconds(11)), Some(seconds(25)));
+        assert_eq!(now.left(seconds(1000)), Some(seconds(0)), "late, but not negative");
+        "searching".clone_into(&mut now.stage);
+        assert_eq!(now.text(), "[8/20] a.binary: searching");
+    }
+
+    #[test]
+    fn times_are_rough() {
+        for (seconds, text) in [(0, "0 s"), (99, "99 s"), (100, "2 min"), (5999, "100 min"), (6000, "2 h")] {
+            assert_eq!(rough(Duration::from_secs(seconds)), text);
+        }
     }
 }

@@ -8,12 +8,14 @@
 use super::absent::past_absent_lobes;
 use super::levenberg_marquardt::minimise;
 use super::loss::Objective;
+use super::metric::Metric;
 use super::observed::Observed;
 use super::parameters::{ParameterTable, Status};
 use super::problem::ReflectanceProblem;
 use super::termination::{Limits, Tolerances};
 use crate::error::Error;
 use crate::math::count;
+use crate::measurement::Samples;
 use crate::model::{Expression, Role, Scale};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
@@ -25,6 +27,8 @@ use std::sync::Arc;
 const POINTS: [usize; 3] = [30, 20, 300];
 /// Starts that come out of it: with one shape, and with more.
 const STARTS: [usize; 2] = [5, 8];
+/// Channels that the points are compared in.
+const CHANNELS: usize = 4;
 /// Of so many times as many points about one in two is left when lobes of one kind are put in order.
 const ORDERED: usize = 2;
 
@@ -53,6 +57,27 @@ pub(super) struct Profile {
     pub(super) row: usize,
     /// Values, ascending, and costs.
     pub(super) points: Vec<(f64, f64)>,
+}
+
+/// What a scan looks at.
+pub(super) struct ScanSamples<'a> {
+    /// Samples in a few channels: the shapes are mostly the same in all.
+    some: Arc<Observed<'a>>,
+    /// The same samples in all channels, where there are more: the amplitudes are not.
+    all: Option<Arc<Observed<'a>>>,
+}
+
+impl<'a> ScanSamples<'a> {
+    pub(super) fn new(samples: &'a Samples, metric: Metric) -> Self {
+        let some = Observed::with_some_channels(samples, metric, CHANNELS);
+        let all = (samples.values.len() > CHANNELS).then(|| Arc::new(Observed::new(samples, metric)));
+        Self { some: Arc::new(some), all }
+    }
+
+    /// The samples in all channels.
+    pub(super) fn in_all_channels(&self) -> &Observed<'a> {
+        self.all.as_deref().unwrap_or(&self.some)
+    }
 }
 
 /// One axis of the scan: a free shape parameter, over all channels that it has.
@@ -142,7 +167,7 @@ fn halton(index: usize, base: usize) -> f64 {
 /// [`Error::Optimiser`] for a defect.
 pub(super) fn scan(
     expression: &Expression,
-    samples: &Arc<Observed<'_>>,
+    samples: &ScanSamples<'_>,
     table: &ParameterTable,
     objective: Objective,
     seed: u64,
@@ -166,7 +191,7 @@ pub(super) fn scan(
         .collect();
     let candidates: Result<Vec<Candidate>, Error> = points
         .par_iter()
-        .map(|point| solve_amplitudes(expression, samples, place(point), objective, limits))
+        .map(|point| solve_amplitudes(expression, &samples.some, place(point), objective, limits))
         .collect();
     let candidates = candidates?;
 
@@ -188,8 +213,16 @@ pub(super) fn scan(
         }
     }
     let profiles = if axes.len() <= 2 { profiles(&axes, &points, &candidates) } else { Vec::new() };
-    let candidates = chosen.into_iter().filter_map(|index| candidates.get(index).cloned()).collect();
-    Ok(Scan { candidates, profiles })
+    let candidates = chosen.into_iter().filter_map(|index| candidates.get(index).cloned());
+    let candidates: Result<Vec<Candidate>, Error> = match &samples.all {
+        None => Ok(candidates.collect()),
+        Some(all) => candidates
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .map(|candidate| solve_amplitudes(expression, all, candidate.table, objective, limits))
+            .collect(),
+    };
+    Ok(Scan { candidates: candidates?, profiles })
 }
 
 /// The lowest cost along each axis of a lattice of points.

@@ -1,11 +1,11 @@
 //! Every error of docs/conventions.md, whichever was fitted.
 
-use super::kernels::{Term, reflectance, scale_each, sum};
+use super::kernels::{Term, reflectance, sum};
 use super::metric::Metric;
 use super::observed::row;
 use super::parameters::ParameterTable;
 use super::triangle::dot;
-use crate::geometry::{BLOCK, Block, Row};
+use crate::geometry::{Block, Row};
 use crate::math::{Real, Scalar, count};
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Expression};
@@ -148,32 +148,41 @@ impl WithSimd for Comparison<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Sums {
         let Self { block, bases, terms, measured, weights } = self;
-        let mut f = [0.0; BLOCK];
+        let (mut f, mut x, mut target) = (Row::filled(0.0), Row::filled(0.0), Row::filled(0.0));
         sum(bases, terms, &mut f);
-        let (mut x, mut target) = (f, *measured);
-        scale_each(&mut x, block.cos_i());
-        scale_each(&mut target, block.cos_i());
-        let squares = Metric::ALL.map(|metric| {
-            let mut difference = metric.exact_row(&x);
-            let wanted = metric.exact_row(&target.map(|x| metric.measured(x)));
-            difference.iter_mut().zip(&wanted).for_each(|(d, w)| *d -= w);
-            let mut weighted = difference;
-            scale_each(&mut weighted, weights);
-            dot(&weighted, &difference)
-        });
-        let mut ratios = f;
-        let samples = ratios.iter_mut().zip(measured).zip(block.cos_i()).zip(block.cos_o());
-        for (((ratio, measured), cos_i), cos_o) in samples {
-            let q = (cos_i * cos_o).greater(LOG_RATIO_OFFSET);
-            let argument = |f: f64| f.greater(0.0) * q + LOG_RATIO_OFFSET;
-            *ratio = Scalar::ln(argument(*ratio) / argument(*measured)).abs();
+        let samples = x.iter_mut().zip(&mut target).zip(&f).zip(measured).zip(block.cos_i());
+        for ((((x, target), f), measured), cos_i) in samples {
+            *x = f * cos_i;
+            *target = measured * cos_i;
         }
-        let mut difference = x;
-        difference.iter_mut().zip(&target).for_each(|(d, t)| *d = (*d - t).abs());
+        let mut squares = [0.0; Metric::ALL.len()];
+        for (sum, metric) in squares.iter_mut().zip(Metric::ALL) {
+            let (mut model, mut wanted) = (x, Row::filled(0.0));
+            for (wanted, target) in wanted.iter_mut().zip(&target) {
+                *wanted = metric.measured(*target);
+            }
+            metric.apply_exactly(&mut model);
+            metric.apply_exactly(&mut wanted);
+            for (model, wanted) in model.iter_mut().zip(&wanted) {
+                *model = (*model - wanted) * (*model - wanted);
+            }
+            *sum = dot(&model, weights);
+        }
+
+        let (mut ratios, mut differences) = (Row::filled(0.0), Row::filled(0.0));
+        let samples = ratios.iter_mut().zip(&f).zip(measured).zip(block.cos_i()).zip(block.cos_o());
+        for ((((ratio, f), measured), cos_i), cos_o) in samples {
+            let q = (cos_i * cos_o).greater(LOG_RATIO_OFFSET);
+            let (modelled, measured) = (f.greater(0.0) * q, measured.greater(0.0) * q);
+            *ratio = Scalar::ln((modelled + LOG_RATIO_OFFSET) / (measured + LOG_RATIO_OFFSET)).abs();
+        }
+        for ((difference, x), target) in differences.iter_mut().zip(&x).zip(&target) {
+            *difference = (x - target).abs();
+        }
         Sums {
             squares,
             log_ratio: dot(&ratios, weights),
-            difference: dot(&difference, weights),
+            difference: dot(&differences, weights),
             measured: dot(&target, weights),
         }
     }

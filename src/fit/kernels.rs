@@ -7,7 +7,7 @@ use super::loss::{LossKind, Objective};
 use super::metric::Transform;
 use super::triangle::{Triangle, dot};
 use super::uncertainty::left_out;
-use crate::geometry::{BLOCK, Row};
+use crate::geometry::Row;
 use crate::model::{BasisBlock, Coefficients};
 use pulp::{Simd, WithSimd};
 
@@ -32,7 +32,7 @@ pub(super) struct Scratch {
 
 impl Default for Scratch {
     fn default() -> Self {
-        Self { columns: Vec::new(), x: [0.0; BLOCK], slope: [0.0; BLOCK] }
+        Self { columns: Vec::new(), x: Row::filled(0.0), slope: Row::filled(0.0) }
     }
 }
 
@@ -91,7 +91,7 @@ impl WithSimd for PlainResiduals<'_, '_> {
     fn with_simd<S: Simd>(self, _: S) -> Row {
         let ChannelBlock { observed, cos_i, bases, reflectance, scratch, .. } = self.0;
         let Scratch { x, slope, .. } = scratch;
-        let mut residuals = [0.0; BLOCK];
+        let mut residuals = Row::filled(0.0);
         sum(bases, reflectance, x);
         scale_each(x, cos_i);
         observed.transform.differences(x, observed.measured, &mut residuals, slope);
@@ -110,7 +110,7 @@ impl WithSimd for Compression<'_> {
         let Self { block, triangle } = self;
         let ObservedBlock { transform, measured, roots, precision } = block.observed;
         let Scratch { columns, x, slope } = block.scratch;
-        columns.resize(block.columns.len() + 1, [0.0; BLOCK]);
+        columns.resize(block.columns.len() + 1, Row::filled(0.0));
         let Some((residual, jacobian)) = columns.split_last_mut() else { return 0.0 };
 
         sum(block.bases, block.reflectance, x);
@@ -161,7 +161,8 @@ fn temper(
     slope: &mut Row,
 ) -> f64 {
     let mut cost = 0.0;
-    let samples = residual.iter_mut().zip(slope).zip(precision.unwrap_or(&[1.0; BLOCK])).zip(roots);
+    let ones = Row::filled(1.0);
+    let samples = residual.iter_mut().zip(slope).zip(precision.unwrap_or(&ones)).zip(roots);
     for (((residual, slope), precision), root) in samples {
         let influence = loss.influence(precision * *residual, scale);
         let bend = influence.curvature.sqrt();

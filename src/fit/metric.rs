@@ -1,7 +1,5 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
-#[cfg(test)]
-use crate::geometry::BLOCK;
 use crate::geometry::Row;
 use crate::math::{Real, elementary};
 
@@ -44,13 +42,21 @@ impl Metric {
         if self == Self::Log { x.greater(LOG_FLOOR) } else { x }
     }
 
-    /// g(x) of a row, exactly as the metric is defined.
+    /// Replaces x by g(x), exactly as the metric is defined.
     #[inline(always)]
-    pub(super) fn exact_row(self, x: &Row) -> Row {
+    pub(super) fn apply_exactly(self, row: &mut Row) {
         match self {
-            Self::L2 => *x,
-            Self::Log => x.map(Real::ln_1p),
-            Self::Cbrt => x.map(cube_root),
+            Self::L2 => {}
+            Self::Log => {
+                for x in row {
+                    *x = Real::ln_1p(*x);
+                }
+            }
+            Self::Cbrt => {
+                for x in row {
+                    *x = cube_root(*x);
+                }
+            }
         }
     }
 
@@ -65,15 +71,16 @@ impl Metric {
 /// The cube root of x = x (x^2)^(-1/3).
 #[inline(always)]
 fn cube_root(x: f64) -> f64 {
-    // Squares of very large and very small numbers are out of range: powers of 2^300 are taken out, whose cube
-    // roots are exact.
-    const RANGE: i32 = 300;
-    let (up, down) = (2_f64.powi(RANGE), 2_f64.powi(-RANGE));
+    // Squares of very large and very small numbers are out of range: powers of 2 whose cube roots are exact are
+    // taken out.
+    let (large, small) = (2_f64.powi(300), 2_f64.powi(-300));
     let size = x.abs();
-    let (scale, root) =
-        (if size > up { down } else { 1.0 }, if size > up { 2_f64.powi(RANGE / 3) } else { 1.0 });
-    let (scale, root) =
-        (if size < down { up } else { scale }, if size < down { 2_f64.powi(-RANGE / 3) } else { root });
+    let choose = |at_large: f64, at_small: f64| {
+        let rest = if size < small { at_small } else { 1.0 };
+        if size > large { at_large } else { rest }
+    };
+    let scale = choose(2_f64.powi(-600), 2_f64.powi(600));
+    let root = choose(2_f64.powi(200), 2_f64.powi(-200));
     let scaled = x * scale;
     scaled * elementary::inverse_cbrt((scaled * scaled).greater(f64::MIN_POSITIVE)) * root
 }
@@ -92,8 +99,8 @@ impl Transform {
     /// g(x) and g'(x).
     #[cfg(test)]
     pub(super) fn apply(self, x: f64) -> (f64, f64) {
-        let (mut g, mut slope) = ([0.0; BLOCK], [0.0; BLOCK]);
-        self.differences(&[x; BLOCK], &[0.0; BLOCK], &mut g, &mut slope);
+        let (mut g, mut slope) = (Row::filled(0.0), Row::filled(0.0));
+        self.differences(&Row::filled(x), &Row::filled(0.0), &mut g, &mut slope);
         (g[0], slope[0])
     }
 

@@ -6,13 +6,14 @@ use super::metric::{Metric, Transform};
 use crate::geometry::{BLOCK, Block, Row};
 use crate::math::count;
 use crate::measurement::Samples;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Samples prepared for a metric. Fits of the same samples share them.
 pub(super) struct Observed<'a> {
     samples: &'a Samples,
-    /// Per channel.
-    targets: Vec<Target>,
+    /// Per channel; none for those that do not count.
+    targets: Vec<Option<Target>>,
     /// Root of weight times normalisation, per block; zero beyond the last sample.
     roots: Vec<Row>,
     /// The geometry of each block, where there are few.
@@ -34,42 +35,96 @@ struct Target {
 const KEPT_SAMPLES: usize = 20_000;
 
 impl<'a> Observed<'a> {
+    /// All channels.
     pub(super) fn new(samples: &'a Samples, metric: Metric) -> Self {
-        let channels = samples.values.len();
+        Self::with_channels(samples, metric, |_| true)
+    }
+
+    /// At most so many channels, spread over all of them.
+    pub(super) fn with_some_channels(samples: &'a Samples, metric: Metric, most: usize) -> Self {
+        let all = samples.values.len();
+        // The channels at the ends and, at equal distances, between them.
+        let chosen: Vec<usize> = if all <= most {
+            (0..all).collect()
+        } else {
+            (0..most).map(|index| index * (all - 1) / (most - 1).max(1)).collect()
+        };
+        Self::with_channels(samples, metric, |channel| chosen.contains(&channel))
+    }
+
+    fn with_channels(samples: &'a Samples, metric: Metric, counts: impl Fn(usize) -> bool) -> Self {
+        let channels = (0..samples.values.len()).filter(|channel| counts(*channel)).count();
         let total: f64 = samples.weights.iter().sum();
         let normalisation = match samples.sigma {
             Some(_) => 1.0,
             None => 1.0 / (count(channels) * total),
         };
-        let indices = 0..samples.len().div_ceil(BLOCK);
-        let filled = |index: usize, block: &mut Block| samples.directions.fill(range(samples, index), block);
-        let cosines: Vec<Row> = indices
-            .clone()
-            .into_par_iter()
-            .map_init(Block::new, |block, index| {
-                filled(index, block);
-                *block.cos_i()
-            })
-            .collect();
-        let blocks = if samples.len() <= KEPT_SAMPLES {
-            let block = |index| {
-                let mut block = Block::new();
-                filled(index, &mut block);
-                block
-            };
-            indices.map(block).collect()
-        } else {
-            Vec::new()
-        };
         let roots: Vec<Row> = samples
             .weights
             .par_chunks(BLOCK)
-            .map(|weights| row(weights, 0.0).map(|weight| (weight * normalisation).sqrt()))
+            .map(|weights| {
+                let mut roots = row(weights, 0.0);
+                roots.iter_mut().for_each(|root| *root = (*root * normalisation).sqrt());
+                roots
+            })
             .collect();
-        let targets: Vec<Target> =
-            (0..channels).map(|channel| Target::new(samples, metric, &cosines, channel)).collect();
-        let magnitude2 = targets.iter().map(|target| target.magnitude2(&roots)).sum();
-        Self { samples, targets, roots, blocks, magnitude2 }
+        let mut observed = Self { samples, targets: Vec::new(), roots, blocks: Vec::new(), magnitude2: 0.0 };
+        if samples.len() <= KEPT_SAMPLES {
+            let block = |index| observed.block(index, &mut Block::new()).clone();
+            observed.blocks = (0..observed.roots.len()).map(block).collect();
+        }
+        let target = |channel| counts(channel).then(|| observed.target(metric, channel));
+        observed.targets = (0..samples.values.len()).map(target).collect();
+        observed.magnitude2 =
+            observed.targets.iter().flatten().map(|target| target.magnitude2(&observed.roots)).sum();
+        observed
+    }
+
+    /// What the model is compared with in a channel.
+    fn target(&self, metric: Metric, channel: usize) -> Target {
+        let samples = self.samples;
+        let values = samples.values.get(channel).map_or(&[][..], Vec::as_slice);
+        let (mut measured, sums): (Vec<Row>, Vec<(f64, f64)>) = values
+            .par_chunks(BLOCK)
+            .zip(samples.weights.par_chunks(BLOCK))
+            .enumerate()
+            .map_init(Block::new, |space, (index, (values, weights))| {
+                let mut x = row(values, 0.0);
+                for (x, cos) in x.iter_mut().zip(self.block(index, space).cos_i()) {
+                    *x = metric.measured(*x * cos);
+                }
+                let terms = x.iter().zip(weights);
+                (
+                    x,
+                    terms.fold((0.0, 0.0), |(sum, total), (x, weight)| {
+                        (sum + x.abs() * weight, total + weight)
+                    }),
+                )
+            })
+            .unzip();
+        // Added up in order, so that the threads do not matter.
+        let (sum, total) = sums.iter().fold((0.0, 0.0), |(sum, total), (s, t)| (sum + s, total + t));
+        let transform = metric.transform(sum / total);
+        let sigma = samples.sigma.as_ref().and_then(|sigma| sigma.get(channel));
+        let precision = sigma.map(|sigma| {
+            let of_block = |space: &mut Block, (index, (x, sigma)): (usize, (&Row, &[f64]))| {
+                let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
+                transform.differences(x, &Row::filled(0.0), &mut transformed, &mut slopes);
+                let mut precision = row(sigma, 1.0);
+                let entries = precision.iter_mut().zip(&slopes).zip(self.block(index, space).cos_i());
+                entries.for_each(|((entry, slope), cos)| *entry = 1.0 / (*entry * cos * slope));
+                precision
+            };
+            measured
+                .par_iter()
+                .zip(sigma.par_chunks(BLOCK))
+                .enumerate()
+                .map_init(Block::new, of_block)
+                .collect()
+        });
+        let arch = Arch::new();
+        measured.par_iter_mut().for_each(|x| arch.dispatch(Transformed { transform, x }));
+        Target { transform, measured, precision }
     }
 
     /// Number of samples.
@@ -77,8 +132,19 @@ impl<'a> Observed<'a> {
         self.samples.len()
     }
 
+    /// Number of channels, whether they count or not.
     pub(super) fn channels(&self) -> usize {
         self.targets.len()
+    }
+
+    /// Whether a channel counts.
+    pub(super) fn counts(&self, channel: usize) -> bool {
+        self.targets.get(channel).is_some_and(Option::is_some)
+    }
+
+    /// Number of residuals.
+    pub(super) fn residuals(&self) -> usize {
+        self.len() * self.targets.iter().flatten().count()
     }
 
     /// Sum of the squares of the measured values, weighted and transformed like the residuals.
@@ -101,7 +167,7 @@ impl<'a> Observed<'a> {
     }
 
     pub(super) fn channel_block(&self, channel: usize, index: usize) -> Option<ObservedBlock<'_>> {
-        let target = self.targets.get(channel)?;
+        let target = self.targets.get(channel)?.as_ref()?;
         Some(ObservedBlock {
             transform: target.transform,
             measured: target.measured.get(index)?,
@@ -124,53 +190,12 @@ impl<'a> Observed<'a> {
             }
             rows.iter().flatten().take(self.len()).map(|value| (value.abs(), 1.0)).collect()
         };
-        let mut values: Vec<(f64, f64)> = self.targets.iter().flat_map(of_target).collect();
+        let mut values: Vec<(f64, f64)> = self.targets.iter().flatten().flat_map(of_target).collect();
         weighted_quantile(&mut values, fraction)
     }
 }
 
 impl Target {
-    fn new(samples: &Samples, metric: Metric, cosines: &[Row], channel: usize) -> Self {
-        let values = samples.values.get(channel).map_or(&[][..], Vec::as_slice);
-        let projected = |(values, cosines): (&[f64], &Row)| {
-            let mut x = row(values, 0.0);
-            x.iter_mut().zip(cosines).for_each(|(x, cos)| *x = metric.measured(*x * cos));
-            x
-        };
-        let mut measured: Vec<Row> = values.par_chunks(BLOCK).zip(cosines).map(projected).collect();
-        // A row's sums are added up in order, so that the threads do not matter.
-        let sums: Vec<(f64, f64)> = measured
-            .par_iter()
-            .zip(samples.weights.par_chunks(BLOCK))
-            .map(|(x, weights)| {
-                let terms = x.iter().zip(weights);
-                terms.fold((0.0, 0.0), |(sum, total), (x, weight)| (sum + x.abs() * weight, total + weight))
-            })
-            .collect();
-        let (sum, total) = sums.iter().fold((0.0, 0.0), |(sum, total), (s, t)| (sum + s, total + t));
-        let transform = metric.transform(sum / total);
-        let slopes: Vec<Row> = measured
-            .par_iter_mut()
-            .map(|x| {
-                let (mut transformed, mut slope) = ([0.0; BLOCK], [0.0; BLOCK]);
-                transform.differences(x, &[0.0; BLOCK], &mut transformed, &mut slope);
-                *x = transformed;
-                slope
-            })
-            .collect();
-        let precision = samples.sigma.as_ref().and_then(|sigma| sigma.get(channel)).map(|sigma| {
-            let factors = slopes.iter().zip(cosines).zip(sigma.chunks(BLOCK));
-            let of_block = |((slopes, cosines), sigma): ((&Row, &Row), &[f64])| {
-                let mut precision = row(sigma, 1.0);
-                let entries = precision.iter_mut().zip(slopes).zip(cosines);
-                entries.for_each(|((entry, slope), cos)| *entry = 1.0 / (*entry * cos * slope));
-                precision
-            };
-            factors.map(of_block).collect()
-        });
-        Self { transform, measured, precision }
-    }
-
     fn magnitude2(&self, roots: &[Row]) -> f64 {
         let of_block = |(index, (measured, roots)): (usize, (&Row, &Row))| {
             let precision = self.precision.as_ref().and_then(|rows| rows.get(index));
@@ -184,6 +209,23 @@ impl Target {
     }
 }
 
+/// Replaces measured x* by g(x*).
+struct Transformed<'a> {
+    transform: Transform,
+    x: &'a mut Row,
+}
+
+impl WithSimd for Transformed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
+        self.transform.differences(self.x, &Row::filled(0.0), &mut transformed, &mut slopes);
+        *self.x = transformed;
+    }
+}
+
 /// The samples of a block.
 fn range(samples: &Samples, index: usize) -> std::ops::Range<usize> {
     index * BLOCK..samples.len().min((index + 1) * BLOCK)
@@ -191,7 +233,7 @@ fn range(samples: &Samples, index: usize) -> std::ops::Range<usize> {
 
 /// Up to a row of values, filled up.
 pub(super) fn row(values: &[f64], rest: f64) -> Row {
-    let mut row = [rest; BLOCK];
+    let mut row = Row::filled(rest);
     row.iter_mut().zip(values).for_each(|(entry, value)| *entry = *value);
     row
 }

@@ -31,6 +31,7 @@ pub struct ReflectanceProblem<'a> {
 }
 
 /// Which free parameters a channel depends on, and how.
+#[derive(Default)]
 struct Layout {
     slots: Vec<Slot>,
     /// The free parameter of each local column.
@@ -96,7 +97,9 @@ impl<'a> ReflectanceProblem<'a> {
         table: ParameterTable,
         objective: Objective,
     ) -> Self {
-        let layouts = (0..observed.channels()).map(|channel| layout(&table, channel)).collect();
+        let layout =
+            |channel| if observed.counts(channel) { layout(&table, channel) } else { Layout::default() };
+        let layouts = (0..observed.channels()).map(layout).collect();
         Self { expression, observed, table, objective, layouts }
     }
 
@@ -115,7 +118,7 @@ impl<'a> ReflectanceProblem<'a> {
     /// Number of residuals.
     #[must_use]
     pub fn residuals(&self) -> usize {
-        self.observed.len() * self.observed.channels()
+        self.observed.residuals()
     }
 
     /// Rows whose products make up sum J_s J_s^T e_s^2 at `x`, the middle of the sandwich covariance; e_s is
@@ -302,6 +305,9 @@ impl<'p, 'a> Context<'p, 'a> {
             let block = self.problem.observed.block(index, block);
             bases.iter_mut().for_each(BasisBlock::forget);
             for (channel, (sums, triangle)) in self.sums.iter().zip(&mut result.triangles).enumerate() {
+                if !self.problem.observed.counts(channel) {
+                    continue;
+                }
                 self.evaluate_all(channel, block, bases);
                 let Some(kernel) = self.kernel(channel, index, block, bases, sums, scratch) else { continue };
                 result.cost += self.arch.dispatch(kernel.compressed_into(triangle));

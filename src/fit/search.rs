@@ -1,6 +1,6 @@
 //! Where the final fit starts: the best of several starts, each followed to its minimum on part of the samples.
 
-use super::coarse::{Candidate, Profile, scan};
+use super::coarse::{Candidate, Profile, ScanSamples, scan};
 use super::loss::{LossKind, Objective};
 use super::observed::Observed;
 use super::parameters::ParameterTable;
@@ -56,10 +56,10 @@ impl Task<'_> {
     /// The best start found, polished on part of the samples, and what was seen on the way.
     pub(super) fn search(&self, mut table: ParameterTable) -> Result<(ParameterTable, Found), Error> {
         let few = self.samples.subset(SCAN_SAMPLES, self.options.seed);
-        let few = self.observe(&few);
+        let few = ScanSamples::new(&few, self.options.metric);
         let more = self.samples.subset(POLISH_SAMPLES, self.options.seed);
         let more = self.observe(&more);
-        let widest = self.widest_scale(&few);
+        let widest = self.widest_scale(few.in_all_channels());
         let mut objective = Objective { metric: self.options.metric, loss: self.options.loss, scale: widest };
         let mut starts = Vec::new();
         let mut profiles = Vec::new();

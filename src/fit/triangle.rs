@@ -71,9 +71,9 @@ impl Triangle {
 /// Inner product in sixteen strands, which the compiler can keep in vector registers; the order of
 /// summation is fixed.
 #[inline(always)]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a_chunks, a_rest) = a.as_chunks::<16>();
-    let (b_chunks, b_rest) = b.as_chunks::<16>();
+pub(super) fn dot(a: &(impl AsRef<[f64]> + ?Sized), b: &(impl AsRef<[f64]> + ?Sized)) -> f64 {
+    let (a_chunks, a_rest) = a.as_ref().as_chunks::<16>();
+    let (b_chunks, b_rest) = b.as_ref().as_chunks::<16>();
     let mut strands = [0.0; 16];
     for (x, y) in a_chunks.iter().zip(b_chunks) {
         for ((strand, x), y) in strands.iter_mut().zip(x).zip(y) {

@@ -3,6 +3,7 @@
 use super::half_difference::Ring;
 use super::{Geometry, HalfDifferenceGrid, Pair};
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::{Deref, DerefMut};
 
 /// Samples in a block. Small enough for a block and what is computed on it to stay in the nearest caches, large
 /// enough to make the work per block negligible.
@@ -10,8 +11,69 @@ pub const BLOCK: usize = 128;
 
 /// One number per sample of a block.
 ///
-/// Loops over all of a row have a length that is known when they are compiled, and become packed instructions.
-pub type Row = [f64; BLOCK];
+/// Loops over all of a row have a length that is known when they are compiled, and become packed instructions;
+/// rows begin where the widest of these load fastest.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct Row([f64; BLOCK]);
+
+impl Row {
+    /// The same number for every sample.
+    #[must_use]
+    pub const fn filled(value: f64) -> Self {
+        Self([value; BLOCK])
+    }
+}
+
+impl Deref for Row {
+    type Target = [f64; BLOCK];
+
+    #[inline(always)]
+    fn deref(&self) -> &[f64; BLOCK] {
+        &self.0
+    }
+}
+
+impl DerefMut for Row {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64; BLOCK] {
+        &mut self.0
+    }
+}
+
+impl AsRef<[f64]> for Row {
+    #[inline(always)]
+    fn as_ref(&self) -> &[f64] {
+        &self.0
+    }
+}
+
+impl AsMut<[f64]> for Row {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut [f64] {
+        &mut self.0
+    }
+}
+
+impl<'a> IntoIterator for &'a Row {
+    type Item = &'a f64;
+    type IntoIter = std::slice::Iter<'a, f64>;
+
+    #[inline(always)]
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a mut Row {
+    type Item = &'a mut f64;
+    type IntoIter = std::slice::IterMut<'a, f64>;
+
+    #[inline(always)]
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter_mut()
+    }
+}
 
 /// Up to [`BLOCK`] pairs of directions, one row per coordinate.
 ///
@@ -35,8 +97,8 @@ impl Block {
     /// An empty block; every place looks along the normal.
     #[must_use]
     pub const fn new() -> Self {
-        const NORMAL: [Row; 3] = [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]];
-        Self { len: 0, wi: NORMAL, wo: NORMAL, h: NORMAL, cos_d: [1.0; BLOCK] }
+        const NORMAL: [Row; 3] = [Row::filled(0.0), Row::filled(0.0), Row::filled(1.0)];
+        Self { len: 0, wi: NORMAL, wo: NORMAL, h: NORMAL, cos_d: Row::filled(1.0) }
     }
 
     /// Replaces the content. Samples beyond [`BLOCK`] are left out.

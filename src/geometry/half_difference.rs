@@ -4,6 +4,7 @@
 use super::Geometry;
 use crate::math::count;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 /// The MERL grid: 90 x 90 x 180 bins in (theta_h, theta_d, phi_d).
 ///
@@ -22,6 +23,8 @@ pub struct HalfDifferenceGrid {
     cos_phi_d: Vec<f64>,
     /// Solid-angle weight per (theta_h, theta_d), at the bin centre.
     weights: Vec<f64>,
+    /// Per cell, whether both directions are above the horizon, once somebody has asked.
+    above_horizon: OnceLock<Vec<bool>>,
 }
 
 impl HalfDifferenceGrid {
@@ -54,7 +57,38 @@ impl HalfDifferenceGrid {
             sin_phi_d: phi_d.clone().map(f64::sin).collect(),
             cos_phi_d: phi_d.map(f64::cos).collect(),
             weights,
+            above_horizon: OnceLock::new(),
         }
+    }
+
+    /// The grid of bin centres, made once per process and shared by all tables.
+    #[must_use]
+    pub fn merl_centers() -> Arc<Self> {
+        static CENTERS: LazyLock<Arc<HalfDifferenceGrid>> =
+            LazyLock::new(|| Arc::new(HalfDifferenceGrid::merl(0.5)));
+        Arc::clone(&CENTERS)
+    }
+
+    /// The grid of lower bin edges, made once per process and shared by all tables.
+    #[must_use]
+    pub fn merl_edges() -> Arc<Self> {
+        static EDGES: LazyLock<Arc<HalfDifferenceGrid>> =
+            LazyLock::new(|| Arc::new(HalfDifferenceGrid::merl(0.0)));
+        Arc::clone(&EDGES)
+    }
+
+    /// Per cell, whether both of its directions are above the horizon. Found once per grid.
+    #[must_use]
+    pub fn above_horizon(&self) -> &[bool] {
+        self.above_horizon.get_or_init(|| {
+            (0_u32..)
+                .take(Self::CELLS)
+                .map(|cell| {
+                    let geometry = self.geometry(cell);
+                    geometry.cos_i() > 0.0 && geometry.cos_o() > 0.0
+                })
+                .collect()
+        })
     }
 
     fn indices(cell: u32) -> (usize, usize, usize) {

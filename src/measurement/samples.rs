@@ -6,7 +6,9 @@ use crate::geometry::{Directions, Geometry};
 use crate::math::count;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// How samples are weighted against each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,45 +90,54 @@ impl Samples {
                 || (cos > cos_limit - slack
                     && sin2.sqrt().atan2(cos).to_degrees() <= filters.max_theta_deg + ANGLE_TOLERANCE_DEG)
         };
-        let keep = |g: &Geometry<f64>| within(g.cos_i(), g.sin2_i()) && within(g.cos_o(), g.sin2_o());
-        let mut kept = Vec::with_capacity(measurement.directions.len());
-        kept.extend(measurement.directions.iter().enumerate().filter(|(_, g)| keep(g)).map(|(i, _)| i));
-        let beyond = measurement.directions.len() - kept.len();
-        if beyond > 0 {
-            *dropped.entry("beyond-max-theta").or_default() += beyond;
+        let inside = |g: &Geometry<f64>| within(g.cos_i(), g.sin2_i()) && within(g.cos_o(), g.sin2_o());
+        let mut keep: Vec<bool> = match &measurement.directions {
+            Directions::Scattered(_) => measurement.directions.iter().map(|g| inside(&g)).collect(),
+            Directions::Grid { grid, cells } => {
+                cells.par_iter().map(|&cell| inside(&grid.geometry(cell))).collect()
+            }
+        };
+        let mut left = keep.iter().filter(|keep| **keep).count();
+        if left < keep.len() {
+            *dropped.entry("beyond-max-theta").or_default() += keep.len() - left;
         }
-        if let Some(wanted) = filters.samples.filter(|wanted| *wanted < kept.len()) {
-            *dropped.entry("not-sampled").or_default() += kept.len() - wanted;
-            kept = stratified(&kept, wanted, filters.seed);
+        if let Some(wanted) = filters.samples.filter(|wanted| *wanted < left) {
+            *dropped.entry("not-sampled").or_default() += left - wanted;
+            stratify(&mut keep, left, wanted, filters.seed);
+            left = wanted;
         }
-        if kept.is_empty() {
+        if left == 0 {
             return Err(Error::no_samples(&measurement.source.path, &dropped));
         }
-
-        let directions = measurement.directions.select(&kept);
-        let gather = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-            rows.iter().map(|row| crate::geometry::gather(row, &kept)).collect()
-        };
         let sigma = match weighting {
-            Weighting::Sigma => Some(gather(usable_sigma(measurement)?)),
+            Weighting::Sigma => Some(usable_sigma(measurement)?),
             Weighting::SolidAngle | Weighting::Uniform => None,
         };
-        let mut weights = match (weighting, &directions) {
-            (Weighting::SolidAngle, Directions::Grid { grid, cells }) => {
-                cells.iter().map(|&cell| grid.weight(cell)).collect()
-            }
-            (Weighting::SolidAngle, Directions::Scattered(_)) => {
-                return Err(Error::Usage(format!(
-                    "{}: --weights solid-angle needs a half/difference grid; scattered directions cover no \
-                     known solid angles: use uniform or sigma",
-                    measurement.source.path.display()
-                )));
-            }
-            _ => vec![1.0; kept.len()],
+        if weighting == Weighting::SolidAngle && !grid {
+            return Err(Error::Usage(format!(
+                "{}: --weights solid-angle needs a half/difference grid; scattered directions cover no known \
+                 solid angles: use uniform or sigma",
+                measurement.source.path.display()
+            )));
+        }
+
+        let gather = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            rows.par_iter().map(|row| kept(row, &keep, left)).collect()
         };
-        let mean = weights.iter().sum::<f64>() / count(weights.len());
-        weights.iter_mut().for_each(|w| *w /= mean);
-        Ok(Self { values: gather(&measurement.values), directions, sigma, weights, weighting, dropped })
+        let ((values, sigma), (directions, weights)) = rayon::join(
+            || (gather(&measurement.values), sigma.map(gather)),
+            || {
+                let directions = match &measurement.directions {
+                    Directions::Scattered(pairs) => Directions::Scattered(kept(pairs, &keep, left)),
+                    Directions::Grid { grid, cells } => {
+                        Directions::Grid { grid: Arc::clone(grid), cells: kept(cells, &keep, left) }
+                    }
+                };
+                let weights = weights(&directions, weighting);
+                (directions, weights)
+            },
+        );
+        Ok(Self { values, directions, sigma, weights, weighting, dropped })
     }
 
     /// How many samples there are.
@@ -151,13 +162,15 @@ impl Samples {
         if wanted >= self.len() {
             return self.clone();
         }
-        let mut order: Vec<usize> = (0..self.len()).collect();
         // Cells are numbered by theta_h to begin with.
-        if !self.directions.is_grid() {
+        let order = (!self.directions.is_grid()).then(|| {
             let sines: Vec<f64> = self.directions.iter().map(|g| g.sin2_h()).collect();
             let sine = |i: &usize| sines.get(*i).copied().unwrap_or(f64::INFINITY);
+            let mut order: Vec<usize> = (0..self.len()).collect();
             order.sort_by(|a, b| sine(a).total_cmp(&sine(b)));
-        }
+            order
+        });
+        let sample = |place: usize| order.as_ref().map_or(Some(place), |order| order.get(place).copied());
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
         // The end of stretch k, n ((k + 1)/wanted)^2, in whole numbers.
         let square = |k: usize| (self.len() as u128 * (k as u128).pow(2)) / (wanted as u128).pow(2);
@@ -167,9 +180,9 @@ impl Samples {
         for stretch in 1..=wanted {
             let end = end(stretch).max(start);
             if end > start
-                && let Some(index) = order.get(rng.random_range(start..end))
+                && let Some(index) = sample(rng.random_range(start..end))
             {
-                chosen.push((*index, end - start));
+                chosen.push((index, end - start));
                 start = end;
             }
         }
@@ -197,22 +210,45 @@ impl Samples {
     }
 }
 
-/// `wanted` of `from`, one drawn from each of as many equal stretches: neighbours in a file are
-/// neighbours in direction, so every region keeps its share.
+/// The elements that `keep` says yes to, `many` of them.
+fn kept<T: Copy>(from: &[T], keep: &[bool], many: usize) -> Vec<T> {
+    let mut kept = Vec::with_capacity(many);
+    kept.extend(from.iter().zip(keep).filter(|(_, keep)| **keep).map(|(element, _)| *element));
+    kept
+}
+
+/// The weights of samples beside any from `sigma`: 1 on average.
+fn weights(directions: &Directions, weighting: Weighting) -> Vec<f64> {
+    let mut weights: Vec<f64> = match (weighting, directions) {
+        (Weighting::SolidAngle, Directions::Grid { grid, cells }) => {
+            cells.iter().map(|&cell| grid.weight(cell)).collect()
+        }
+        _ => vec![1.0; directions.len()],
+    };
+    let mean = weights.iter().sum::<f64>() / count(weights.len());
+    weights.iter_mut().for_each(|w| *w /= mean);
+    weights
+}
+
+/// Leaves `wanted` of the `many` samples that `keep` says yes to, one drawn from each of as many equal
+/// stretches: neighbours in a file are neighbours in direction, so every region keeps its share.
 ///
 /// Files that list their samples in a regular pattern cannot alias with the stretches, because the draw
 /// within each is random; scattered files are shuffled by their author or not, and lose nothing.
-fn stratified(from: &[usize], wanted: usize, seed: u64) -> Vec<usize> {
+fn stratify(keep: &mut [bool], many: usize, wanted: usize, seed: u64) {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let mut chosen: Vec<usize> = (0..wanted)
-        .filter_map(|stratum| {
-            let start = stratum * from.len() / wanted;
-            let end = (stratum + 1) * from.len() / wanted;
-            from.get(rng.random_range(start..end.max(start + 1))).copied()
-        })
-        .collect();
-    chosen.dedup();
-    chosen
+    let mut draws = (0..wanted).map(|stretch| {
+        let start = stretch * many / wanted;
+        let end = (stretch + 1) * many / wanted;
+        rng.random_range(start..end.max(start + 1))
+    });
+    let mut drawn = draws.next();
+    for (place, keep) in keep.iter_mut().filter(|keep| **keep).enumerate() {
+        *keep = drawn == Some(place);
+        if *keep {
+            drawn = draws.next();
+        }
+    }
 }
 
 /// The standard deviations of a file that gives positive ones.

@@ -136,9 +136,9 @@ impl Visitor for PartEvaluation<'_> {
         part.shapes = Some(shapes.to_vec());
         part.first = first;
         part.functions = P::FUNCTIONS;
-        part.values.resize(P::FUNCTIONS, [0.0; BLOCK]);
+        part.values.resize(P::FUNCTIONS, Row::filled(0.0));
         let derivatives = if self.differentiate { P::SHAPES } else { 0 };
-        part.partials.resize(derivatives * P::FUNCTIONS, [0.0; BLOCK]);
+        part.partials.resize(derivatives * P::FUNCTIONS, Row::filled(0.0));
         if derivatives == 0 {
             run::<P, 0>(self.arch, self.block, shapes, 0, &mut part.values, &mut part.partials);
             return;
@@ -221,8 +221,8 @@ impl WithSimd for Product<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { parts, values, partials } = self;
         let functions = parts.iter().map(|part| part.functions).max().unwrap_or(0);
-        values.resize(functions, [1.0; BLOCK]);
-        partials.iter_mut().for_each(|rows| rows.resize(functions, [0.0; BLOCK]));
+        values.resize(functions, Row::filled(1.0));
+        partials.iter_mut().for_each(|rows| rows.resize(functions, Row::filled(0.0)));
         for (k, value) in values.iter_mut().enumerate() {
             for (index, part) in parts.iter().enumerate() {
                 let (Some(factor), first) = (part.value(k), index == 0) else { continue };

@@ -4,7 +4,7 @@
 //! line: theta_i, phi_i, theta_o, phi_o in radians and f in 1/sr for each wavelength. White space of any
 //! kind separates.
 
-use super::{Confidence, File, Format, ReadOptions, finite, line_place, polar_angle, text};
+use super::{Confidence, File, Format, ReadOptions, finite, line_place, polar_angle};
 use crate::error::{Error, Place, excerpt};
 use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::{Channel, Measurement, Source};
@@ -25,7 +25,7 @@ fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
 }
 
 fn sniff(file: &File<'_>) -> Confidence {
-    let head = file.bytes.get(..file.bytes.len().min(4096)).unwrap_or_default();
+    let head = file.head(4096);
     if head.contains(&0) {
         return Confidence::No;
     }
@@ -37,9 +37,9 @@ fn sniff(file: &File<'_>) -> Confidence {
     if alone && first.parse::<i64>().is_ok() { Confidence::Yes } else { Confidence::No }
 }
 
-fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
-    let text = text(file)?;
-    let mut words = words(text);
+fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
+    let text = file.text()?;
+    let mut words = words(&text);
     let Some((line, first)) = words.next() else {
         return Err(Error::malformed(file.path, Place::File, "the number of wavelengths", "only comments"));
     };

@@ -9,9 +9,9 @@ use super::{BinPosition, Confidence, File, Format, ReadOptions};
 use crate::error::{Error, Place};
 use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::measurement::{Channel, Measurement, Source};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 /// f per stored unit, by channel.
 pub const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
@@ -29,7 +29,7 @@ fn header(bytes: &[u8]) -> Option<[i32; 3]> {
 }
 
 fn sniff(file: &File<'_>) -> Confidence {
-    let dimensions = header(file.bytes).map(|d| d.map(|n| usize::try_from(n).unwrap_or(0)));
+    let dimensions = header(file.head(HEADER_BYTES)).map(|d| d.map(|n| usize::try_from(n).unwrap_or(0)));
     let named = file.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("binary"));
     if dimensions == Some(HalfDifferenceGrid::DIMENSIONS) {
         Confidence::Yes
@@ -40,60 +40,33 @@ fn sniff(file: &File<'_>) -> Confidence {
     }
 }
 
-fn read(file: &File<'_>, options: &ReadOptions) -> Result<Measurement, Error> {
+fn read(file: &mut File<'_>, options: &ReadOptions) -> Result<Measurement, Error> {
     let [n_h, n_d, n_p] = HalfDifferenceGrid::DIMENSIONS;
     let expected_header = format!("the dimensions {n_h} x {n_d} x {n_p}");
-    let wrong = |place, expected: String, found: String| Error::malformed(file.path, place, expected, found);
+    let path = file.path;
+    let wrong = |place, expected: String, found: String| Error::malformed(path, place, expected, found);
     // The header is compared, never multiplied or allocated from: it may hold anything.
-    let Some(dimensions) = header(file.bytes) else {
-        let found = format!("only {} bytes", file.bytes.len());
-        return Err(wrong(Place::Byte(0), expected_header, found));
+    let head = file.head(HEADER_BYTES);
+    let Some(dimensions) = header(head) else {
+        return Err(wrong(Place::Byte(0), expected_header, format!("only {} bytes", head.len())));
     };
     if dimensions.map(|n| usize::try_from(n).unwrap_or(0)) != HalfDifferenceGrid::DIMENSIONS {
         let found = dimensions.map(|n| n.to_string()).join(" x ");
         return Err(wrong(Place::Byte(0), expected_header, found));
     }
-    if file.bytes.len() != FILE_BYTES {
-        let problem = if file.bytes.len() < FILE_BYTES { "truncated" } else { "too long" };
-        return Err(wrong(
-            Place::Byte(u64::try_from(file.bytes.len().min(FILE_BYTES)).unwrap_or(u64::MAX)),
-            format!("{FILE_BYTES} bytes in all"),
-            format!("{} ({problem})", file.bytes.len()),
-        ));
+    let grid = match options.merl_bins {
+        BinPosition::Center => HalfDifferenceGrid::merl_centers(),
+        BinPosition::Edge => HalfDifferenceGrid::merl_edges(),
+    };
+    let mut table = Table::new(grid.above_horizon());
+    let bytes = file.words(HEADER_BYTES, PIECE, |words| table.take(words))?;
+    let file_bytes = u64::try_from(FILE_BYTES).unwrap_or(u64::MAX);
+    if bytes != file_bytes {
+        let problem = if bytes < file_bytes { "truncated" } else { "too long" };
+        let expected = format!("{FILE_BYTES} bytes in all");
+        return Err(wrong(Place::Byte(bytes.min(file_bytes)), expected, format!("{bytes} ({problem})")));
     }
-
-    let body = file.bytes.get(HEADER_BYTES..).unwrap_or_default();
-    let mut planes = body.chunks_exact(8 * HalfDifferenceGrid::CELLS);
-    let mut plane = || planes.next().unwrap_or_default();
-    let (red, green, blue) = (plane(), plane(), plane());
-    let grid = Arc::new(HalfDifferenceGrid::merl(match options.merl_bins {
-        BinPosition::Center => 0.5,
-        BinPosition::Edge => 0.0,
-    }));
-
-    let mut cells: Vec<u32> = Vec::with_capacity(HalfDifferenceGrid::CELLS);
-    let mut values: Vec<Vec<f64>> = (0..3).map(|_| Vec::with_capacity(HalfDifferenceGrid::CELLS)).collect();
-    let mut dropped: BTreeMap<&'static str, usize> = BTreeMap::new();
-    let stored = red.chunks_exact(8).zip(green.chunks_exact(8)).zip(blue.chunks_exact(8));
-    for (cell, ((r, g), b)) in (0_u32..).zip(stored) {
-        let rgb = [r, g, b].map(|bytes| bytes.try_into().map_or(f64::NAN, f64::from_le_bytes));
-        let reason = if rgb.iter().any(|v| *v < 0.0) {
-            Some("not-measured")
-        } else if rgb.iter().any(|v| !v.is_finite()) {
-            Some("not-finite")
-        } else {
-            let geometry = grid.geometry(cell);
-            (geometry.cos_i() <= 0.0 || geometry.cos_o() <= 0.0).then_some("below-horizon")
-        };
-        if let Some(reason) = reason {
-            *dropped.entry(reason).or_default() += 1;
-            continue;
-        }
-        cells.push(cell);
-        for ((plane, value), scale) in values.iter_mut().zip(rgb).zip(SCALES) {
-            plane.push(value * scale);
-        }
-    }
+    let (cells, values, dropped) = table.finish();
     Ok(Measurement {
         source: Source::default(),
         channels: ["r", "g", "b"].map(Channel::named).to_vec(),
@@ -103,6 +76,92 @@ fn read(file: &File<'_>, options: &ReadOptions) -> Result<Measurement, Error> {
         dropped,
         doubts: Vec::new(),
     })
+}
+
+/// Cells that are read at once: a whole number of pieces makes a plane, and a few fit in the caches.
+const PIECE: usize = HalfDifferenceGrid::CELLS / 45;
+
+/// What becomes of a cell. Of several reasons to leave it out, the last in this order counts.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Verdict {
+    Usable,
+    BelowHorizon,
+    NotFinite,
+    NotMeasured,
+}
+
+impl Verdict {
+    /// Of a stored value, wherever it stands.
+    fn of(value: f64) -> Self {
+        if value < 0.0 {
+            Self::NotMeasured
+        } else if value.is_finite() {
+            Self::Usable
+        } else {
+            Self::NotFinite
+        }
+    }
+}
+
+/// A table that is being read.
+struct Table<'g> {
+    above: &'g [bool],
+    verdicts: Vec<Verdict>,
+    /// f of the cells above the horizon, by channel.
+    values: Vec<Vec<f64>>,
+    /// Numbers taken, all planes together.
+    taken: usize,
+}
+
+impl<'g> Table<'g> {
+    fn new(above: &'g [bool]) -> Self {
+        let verdict = |above: &bool| if *above { Verdict::Usable } else { Verdict::BelowHorizon };
+        let possible = above.iter().filter(|above| **above).count();
+        Self {
+            above,
+            verdicts: above.iter().map(verdict).collect(),
+            values: SCALES.map(|_| Vec::with_capacity(possible)).into(),
+            taken: 0,
+        }
+    }
+
+    /// Takes the next numbers, all of one plane. There is no place for any beyond the last plane.
+    fn take(&mut self, words: &[u64]) {
+        let (plane, cell) = (self.taken / self.above.len(), self.taken % self.above.len());
+        self.taken += words.len();
+        let (Some(plane), Some(scale)) = (self.values.get_mut(plane), SCALES.get(plane)) else { return };
+        let above = self.above.get(cell..).unwrap_or_default();
+        let verdicts = self.verdicts.get_mut(cell..).unwrap_or_default();
+        let value = |word: &u64| f64::from_bits(u64::from_le(*word));
+        for (word, verdict) in words.iter().zip(verdicts) {
+            *verdict = Verdict::of(value(word)).max(*verdict);
+        }
+        let above = words.iter().zip(above).filter(|(_, above)| **above);
+        plane.extend(above.map(|(word, _)| value(word) * scale));
+    }
+
+    /// The usable cells, their values, and how many are left out for which reason.
+    fn finish(self) -> (Vec<u32>, Vec<Vec<f64>>, BTreeMap<&'static str, usize>) {
+        let Self { above, verdicts, mut values, .. } = self;
+        let number = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count();
+        let dropped = [
+            ("below-horizon", number(Verdict::BelowHorizon)),
+            ("not-finite", number(Verdict::NotFinite)),
+            ("not-measured", number(Verdict::NotMeasured)),
+        ];
+        let usable = number(Verdict::Usable);
+        let mut cells = Vec::with_capacity(usable);
+        let numbered = (0_u32..).zip(&verdicts).filter(|(_, verdict)| **verdict == Verdict::Usable);
+        cells.extend(numbered.map(|(cell, _)| cell));
+        if values.iter().any(|plane| plane.len() > usable) {
+            values.par_iter_mut().for_each(|plane| {
+                let mut verdicts = verdicts.iter().zip(above).filter(|(_, above)| **above);
+                plane.retain(|_| verdicts.next().is_some_and(|(verdict, _)| *verdict == Verdict::Usable));
+                plane.shrink_to_fit();
+            });
+        }
+        (cells, values, dropped.into_iter().filter(|(_, number)| *number > 0).collect())
+    }
 }
 
 /// The bytes of a MERL table whose cells hold `value` (RGB, 1/sr), and -1 where there is none.

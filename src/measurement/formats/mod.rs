@@ -3,15 +3,16 @@
 //! To add a format: copy the file of the one most like it, and add one line to [`REGISTRY`].
 
 mod cornell;
+mod file;
 pub mod genuine_merl;
 pub mod merl;
 mod table;
 
+pub use file::File;
+
 use super::{Measurement, Source};
 use crate::error::{Error, Place, excerpt};
 use crate::geometry::Pair;
-use sha2::{Digest, Sha256};
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// How sure a format is that a file is its own.
@@ -23,15 +24,6 @@ pub enum Confidence {
     Maybe,
     /// This format's beyond doubt.
     Yes,
-}
-
-/// A file in memory.
-#[derive(Clone, Copy, Debug)]
-pub struct File<'a> {
-    /// Its name as the user gave it.
-    pub path: &'a Path,
-    /// Its content.
-    pub bytes: &'a [u8],
 }
 
 /// Which directions the cells of a half/difference table stand for.
@@ -60,7 +52,7 @@ pub struct Format {
     /// Whether a file is of this format.
     pub sniff: fn(&File<'_>) -> Confidence,
     /// Reads it. The caller fills in the source.
-    pub read: fn(&File<'_>, &ReadOptions) -> Result<Measurement, Error>,
+    pub read: fn(&mut File<'_>, &ReadOptions) -> Result<Measurement, Error>,
 }
 
 /// Every format, the most easily recognised first.
@@ -72,15 +64,13 @@ pub const REGISTRY: &[Format] = &[merl::FORMAT, cornell::FORMAT, table::FORMAT];
 /// [`Error::Io`], [`Error::Malformed`] or, for an unknown format name, [`Error::Usage`].
 pub fn read(path: &Path, format: Option<&str>, options: &ReadOptions) -> Result<Measurement, Error> {
     let chosen = format.map(named).transpose()?;
-    let bytes = std::fs::read(path).map_err(Error::read(path))?;
-    let file = File { path, bytes: &bytes };
+    let mut file = File::open(path)?;
     let format = match chosen {
         Some(format) => format,
         None => recognise(&file)?,
     };
-    let (read, sha256) = rayon::join(|| (format.read)(&file, options), || hexadecimal(&bytes));
-    let mut measurement = read?;
-    measurement.source = Source { path: path.to_owned(), format: format.name, sha256 };
+    let mut measurement = (format.read)(&mut file, options)?;
+    measurement.source = Source { path: path.to_owned(), format: format.name, sha256: file.sha256() };
     Ok(measurement)
 }
 
@@ -89,13 +79,12 @@ pub fn read(path: &Path, format: Option<&str>, options: &ReadOptions) -> Result<
 /// # Errors
 /// Like [`read`].
 pub fn read_directions(path: &Path, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
-    let bytes = std::fs::read(path).map_err(Error::read(path))?;
-    let file = File { path, bytes: &bytes };
+    let mut file = File::open(path)?;
     let format = recognise(&file)?;
     if format.name == table::FORMAT.name {
-        return table::directions(&file);
+        return table::directions(&mut file);
     }
-    let measurement = (format.read)(&file, options)?;
+    let measurement = (format.read)(&mut file, options)?;
     let pairs = measurement.directions.iter().map(|g| Pair { wi: g.wi.into(), wo: g.wo.into() });
     Ok(pairs.collect())
 }
@@ -112,7 +101,7 @@ pub fn named(name: &str) -> Result<&'static Format, Error> {
 }
 
 fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
-    if file.bytes.is_empty() {
+    if file.head(1).is_empty() {
         return Err(Error::malformed(file.path, Place::File, "a measurement", "an empty file"));
     }
     let best = REGISTRY
@@ -124,7 +113,7 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
         .max_by_key(|(confidence, _)| *confidence);
     best.map(|(_, format)| format).ok_or_else(|| {
         let summaries: Vec<&str> = REGISTRY.iter().map(|format| format.summary).collect();
-        let head = file.bytes.get(..file.bytes.len().min(4096)).unwrap_or_default();
+        let head = file.head(4096);
         let found = if head.contains(&0) {
             "other binary data".to_owned()
         } else {
@@ -136,27 +125,6 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
         };
         Error::malformed(file.path, Place::File, summaries.join(" or "), found)
     })
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut text, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
-}
-
-/// The file as text, without a byte-order mark.
-///
-/// # Errors
-/// [`Error::Malformed`] at the first byte that is not UTF-8.
-fn text<'a>(file: &File<'a>) -> Result<&'a str, Error> {
-    let text = std::str::from_utf8(file.bytes).map_err(|error| {
-        let at = error.valid_up_to();
-        let line = file.bytes.iter().take(at).filter(|b| **b == b'\n').count() + 1;
-        Error::malformed(file.path, line_place(line), "text in UTF-8", format!("a stray byte at offset {at}"))
-    })?;
-    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
 /// The place of a line counted from 1.

@@ -3,7 +3,7 @@
 //! `#` comments; a header naming the columns, in any order: `theta_i, phi_i, theta_o, phi_o` in degrees,
 //! one column per channel named freely, and optionally `sigma` (for all channels) or `sigma_<channel>`.
 
-use super::{Confidence, File, Format, ReadOptions, finite, polar_angle, text};
+use super::{Confidence, File, Format, ReadOptions, finite, polar_angle};
 use crate::error::{Error, Place, excerpt};
 use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::csv_table::{ANGLES, Columns, records};
@@ -20,7 +20,7 @@ pub const FORMAT: Format = Format {
 };
 
 fn sniff(file: &File<'_>) -> Confidence {
-    let head = file.bytes.get(..file.bytes.len().min(65536)).unwrap_or_default();
+    let head = file.head(65536);
     if head.contains(&0) {
         return Confidence::No;
     }
@@ -40,10 +40,11 @@ fn sniff(file: &File<'_>) -> Confidence {
 /// Reads the header with `parse`, then hands every record to `row`.
 fn for_each_record<C>(
     file: &File<'_>,
+    text: &str,
     parse: impl Fn(&StringRecord) -> Result<C, (String, String)>,
     mut row: impl FnMut(&C, Place, &StringRecord) -> Result<(), Error>,
 ) -> Result<C, Error> {
-    let mut records = records(text(file)?);
+    let mut records = records(text);
     let Some((place, header)) = records.next().transpose().map_err(|e| e.in_file(file.path))? else {
         return Err(Error::malformed(file.path, Place::File, "a header naming the columns", "only comments"));
     };
@@ -83,9 +84,11 @@ fn pair(file: &File<'_>, place: Place, fields: &StringRecord, columns: &[usize; 
 }
 
 /// The directions alone; other columns may hold anything.
-pub(super) fn directions(file: &File<'_>) -> Result<Vec<Pair>, Error> {
+pub(super) fn directions(file: &mut File<'_>) -> Result<Vec<Pair>, Error> {
+    let text = file.text()?;
+    let file = &*file;
     let mut pairs = Vec::new();
-    for_each_record(file, Columns::angles, |columns, place, fields| {
+    for_each_record(file, &text, Columns::angles, |columns, place, fields| {
         pairs.push(pair(file, place, fields, columns)?);
         Ok(())
     })?;
@@ -95,11 +98,13 @@ pub(super) fn directions(file: &File<'_>) -> Result<Vec<Pair>, Error> {
     Ok(pairs)
 }
 
-fn read(file: &File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
+fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
+    let text = file.text()?;
+    let file = &*file;
     let mut pairs = Vec::new();
     let mut values: Vec<Vec<f64>> = Vec::new();
     let mut sigma: Vec<Vec<f64>> = Vec::new();
-    let columns = for_each_record(file, Columns::parse, |columns, place, fields| {
+    let columns = for_each_record(file, &text, Columns::parse, |columns, place, fields| {
         pairs.push(pair(file, place, fields, &columns.angles)?);
         values.resize(columns.channels.len(), Vec::new());
         sigma.resize(columns.channels.len(), Vec::new());
