@@ -1,13 +1,12 @@
 //! How the time of a fit grows with samples, channels, lobes and threads. Measurements are made in memory, in scattered
 //! directions; the library fits them.
 
+use super::course::typical;
 use super::inputs::{ONE_LOBE, scattered};
-use super::timing::{as_f64, exponent, seconds, thread_counts, with_threads};
+use super::timing::{as_f64, exponent, thread_counts, with_threads};
 use super::{Setup, markdown};
-use brdfit::fit::{Options, Progress, Quiet, fit};
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
-use std::sync::Arc;
 
 /// How many of the largest sizes the growth is fitted to.
 const LARGE_END: usize = 3;
@@ -50,7 +49,8 @@ pub fn table(setup: &Setup) -> String {
         let mut times = Vec::new();
         for size in sizes {
             let (expression, measurement) = make(size);
-            let (time, evaluations) = timed(&measurement, &expression);
+            let course = typical(&measurement, &expression);
+            let time = course.whole();
             times.push((as_f64(size), time));
             let end = &times[times.len().saturating_sub(LARGE_END)..];
             rows.push(vec![
@@ -58,12 +58,15 @@ pub fn table(setup: &Setup) -> String {
                 size.to_string(),
                 format!("{time:.4}"),
                 significant(time * 1e6 / as_f64(size)),
-                evaluations.to_string(),
+                format!("{:.4}", course.seconds("searching")),
+                format!("{:.4}", course.seconds("fitting")),
+                course.passes.to_string(),
                 if end.len() < LARGE_END { String::new() } else { format!("{:.2}", exponent(end)) },
             ]);
         }
     }
-    let head = ["number of", "size", "fit s", "us per one", "passes of the final fit", "exponent"];
+    let head =
+        ["number of", "size", "fit s", "us per one", "of the fit: search s", "final s", "passes", "exponent"];
     markdown(&head, &rows)
 }
 
@@ -72,7 +75,7 @@ pub fn threads(setup: &Setup) -> String {
     let (expression, measurement) = one_lobe(if setup.quick() { 100_000 } else { 1_000_000 }, 3);
     let mut one = None;
     let row = |threads: usize| {
-        let (time, _) = with_threads(threads, || timed(&measurement, &expression));
+        let time = with_threads(threads, || typical(&measurement, &expression)).whole();
         let one = *one.get_or_insert(time);
         vec![threads.to_string(), format!("{time:.3}"), format!("{:.2}", one / time)]
     };
@@ -95,13 +98,4 @@ fn significant(value: f64) -> String {
         1.0.. => format!("{value:.2}"),
         _ => format!("{value:.3}"),
     }
-}
-
-/// Seconds, and the passes over all samples.
-fn timed(measurement: &Measurement, expression: &Expression) -> (f64, u64) {
-    let quiet: Arc<dyn Progress> = Arc::new(Quiet);
-    let (time, fitted) = seconds(|| {
-        fit(measurement, expression, &Options::default(), &quiet).unwrap_or_else(|e| panic!("{e}"))
-    });
-    (time, fitted.evaluations)
 }

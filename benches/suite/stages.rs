@@ -209,7 +209,7 @@ fn measure_limits(setup: &Setup) -> Limits {
     let numbers = vec![1.0_f64; LARGE];
     let arch = Arch::new();
     let sum = setup.effort.nanoseconds(|| arch.dispatch(Sum(black_box(&numbers))));
-    let mut row = [1.5; BLOCK];
+    let mut row = Row::filled(1.5);
     let mut per_number = |kind: Kind, count: f64| {
         let all = setup.effort.nanoseconds(|| arch.dispatch(Repeated { kind, row: black_box(&mut row) }));
         all / (as_f64(BLOCK) * count)

@@ -37,20 +37,6 @@ impl Effort {
     }
 }
 
-/// Seconds that `work` takes, and what it yields: the median of three if it is short.
-pub fn seconds<T>(mut work: impl FnMut() -> T) -> (f64, T) {
-    let mut timed = || {
-        let started = Instant::now();
-        let result = work();
-        (started.elapsed().as_secs_f64(), result)
-    };
-    let (first, result) = timed();
-    if first > 1.0 {
-        return (first, result);
-    }
-    (median([first, timed().0, timed().0]), result)
-}
-
 /// The middle value; the upper one of two.
 pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();

@@ -8,9 +8,9 @@
 //! it whole AVX registers.
 
 use super::evaluation::{blocks, evaluate};
-use super::timing::as_f64;
+use super::timing::{as_f64, median};
 use super::{Setup, inputs, markdown};
-use brdfit::geometry::{BLOCK, Block, Row};
+use brdfit::geometry::{BLOCK, Block, Geometry, Row};
 use brdfit::model::{BasisBlock, Expression};
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -34,7 +34,7 @@ pub fn table(setup: &Setup) -> String {
         agree(&by_hand.values, basis.values(), basis.values());
         // The derivative is a difference where it is near 0: its terms are of the size of the value.
         agree(&by_hand.derivatives, basis.partials(0), basis.values());
-        by_hand.values = [[0.0; BLOCK]; 2];
+        by_hand.values = [Row::filled(0.0); 2];
         values(coordinates, ROUGHNESS, &mut by_hand);
         agree(&by_hand.values, basis.values(), basis.values());
     }
@@ -44,22 +44,22 @@ pub fn table(setup: &Setup) -> String {
     let kernels: [(&str, Kernel); 2] =
         [("values", values), ("values and derivatives", values_and_derivatives)];
     for (differentiate, (name, kernel)) in [false, true].into_iter().zip(kernels) {
-        let ours =
-            per_sample(setup.effort.nanoseconds(|| {
-                evaluate(model, &blocks, black_box(&[ROUGHNESS]), differentiate, &mut basis)
-            }));
-        let theirs = per_sample(setup.effort.nanoseconds(|| {
-            for coordinates in &coordinates {
-                kernel(black_box(coordinates), black_box(ROUGHNESS), &mut by_hand);
-                black_box(&mut by_hand);
-            }
-        }));
-        rows.push(vec![
-            name.to_owned(),
-            format!("{ours:.2}"),
-            format!("{theirs:.2}"),
-            format!("{:.2}", ours / theirs),
-        ]);
+        // In turns, so that whatever else the machine does disturbs both.
+        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        for _ in 0..setup.effort.runs {
+            let shapes = [black_box(ROUGHNESS)];
+            let library = || evaluate(model, &blocks, &shapes, differentiate, &mut basis);
+            ours.push(per_sample(setup.effort.nanoseconds(library)));
+            theirs.push(per_sample(setup.effort.nanoseconds(|| {
+                for coordinates in &coordinates {
+                    kernel(black_box(coordinates), black_box(ROUGHNESS), &mut by_hand);
+                    black_box(&mut by_hand);
+                }
+            })));
+        }
+        let ratio = median(ours.iter().zip(&theirs).map(|(ours, theirs)| ours / theirs));
+        let (ours, theirs) = (median(ours), median(theirs));
+        rows.push(vec![name.to_owned(), format!("{ours:.2}"), format!("{theirs:.2}"), format!("{ratio:.2}")]);
     }
     markdown(&["", "library, ns", "by hand, ns", "ratio"], &rows)
 }
@@ -78,7 +78,11 @@ struct Coordinates {
 
 impl Coordinates {
     fn new(block: &Block) -> Self {
-        let row = |of: fn(brdfit::geometry::Geometry<f64>) -> f64| std::array::from_fn(|i| of(block.at(i)));
+        let row = |of: fn(Geometry<f64>) -> f64| {
+            let mut row = Row::filled(0.0);
+            row.iter_mut().enumerate().for_each(|(place, entry)| *entry = of(block.at(place)));
+            row
+        };
         Self {
             cos_i: row(|g| g.wi[2]),
             cos_o: row(|g| g.wo[2]),
@@ -89,12 +93,28 @@ impl Coordinates {
         }
     }
 
-    /// The coordinates of four samples at a time.
+    /// The coordinates of the samples 4 n to 4 n + 3.
     #[inline(always)]
-    fn lanes(&self) -> impl Iterator<Item = [f64x4; 6]> {
-        let rows = [&self.cos_i, &self.cos_o, &self.hx, &self.hy, &self.hz, &self.cos_d];
-        (0..BLOCK / 4).map(move |n| rows.map(|row| f64x4::from(row.as_chunks::<4>().0[n])))
+    fn lanes(&self, n: usize) -> [f64x4; 6] {
+        [
+            lanes(&self.cos_i, n),
+            lanes(&self.cos_o, n),
+            lanes(&self.hx, n),
+            lanes(&self.hy, n),
+            lanes(&self.hz, n),
+            lanes(&self.cos_d, n),
+        ]
     }
+}
+
+#[inline(always)]
+fn lanes(row: &Row, n: usize) -> f64x4 {
+    f64x4::from(row.as_chunks::<4>().0[n])
+}
+
+#[inline(always)]
+fn put(row: &mut Row, n: usize, value: f64x4) {
+    row.as_chunks_mut::<4>().0[n] = value.to_array();
 }
 
 /// The basis functions and their derivatives with respect to m.
@@ -105,16 +125,18 @@ struct Basis {
 
 impl Default for Basis {
     fn default() -> Self {
-        Self { values: [[0.0; BLOCK]; 2], derivatives: [[0.0; BLOCK]; 2] }
+        Self { values: [Row::filled(0.0); 2], derivatives: [Row::filled(0.0); 2] }
     }
 }
 
+#[inline(never)]
 fn values(coordinates: &Coordinates, m: f64, out: &mut Basis) {
     let m2 = f64x4::splat(m * m);
     let scale = f64x4::splat(m * m / (2.0 * PI));
     let one = f64x4::ONE;
-    let [first, second] = out.values.each_mut().map(|row| row.as_chunks_mut::<4>().0);
-    for (([ci, co, hx, hy, hz, cd], first), second) in coordinates.lanes().zip(first).zip(second) {
+    let [first, second] = &mut out.values;
+    for n in 0..BLOCK / 4 {
+        let [ci, co, hx, hy, hz, cd] = coordinates.lanes(n);
         // D = m^2/(pi q^2)
         let q = m2 * hz * hz + (hx * hx + hy * hy);
         // G/(4 ci co) = 1/(2 w)
@@ -123,22 +145,20 @@ fn values(coordinates: &Coordinates, m: f64, out: &mut Basis) {
         let w = root_i * co + root_o * ci;
         let a = scale / (q * q * w);
         let a_s = a * schlick(cd);
-        *first = (a - a_s).to_array();
-        *second = a_s.to_array();
+        put(first, n, a - a_s);
+        put(second, n, a_s);
     }
 }
 
+#[inline(never)]
 fn values_and_derivatives(coordinates: &Coordinates, m: f64, out: &mut Basis) {
     let m2 = f64x4::splat(m * m);
     let scale = f64x4::splat(m * m / (2.0 * PI));
     let (minus_m, two_over_m) = (f64x4::splat(-m), f64x4::splat(2.0 / m));
     let (one, four) = (f64x4::ONE, f64x4::splat(4.0));
-    let [first, second] = out.values.each_mut().map(|row| row.as_chunks_mut::<4>().0);
-    let [first_slope, second_slope] = out.derivatives.each_mut().map(|row| row.as_chunks_mut::<4>().0);
-    let places = first.iter_mut().zip(second).zip(first_slope).zip(second_slope);
-    for ([ci, co, hx, hy, hz, cd], (((first, second), first_slope), second_slope)) in
-        coordinates.lanes().zip(places)
-    {
+    let Basis { values: [first, second], derivatives: [first_slope, second_slope] } = out;
+    for n in 0..BLOCK / 4 {
+        let [ci, co, hx, hy, hz, cd] = coordinates.lanes(n);
         let hz2 = hz * hz;
         let q = m2 * hz2 + (hx * hx + hy * hy);
         let (sin2_i, sin2_o) = (one - ci * ci, one - co * co);
@@ -156,10 +176,10 @@ fn values_and_derivatives(coordinates: &Coordinates, m: f64, out: &mut Basis) {
         let slope = a * (two_over_m + minus_m * (of_density + of_shadowing));
         let s = schlick(cd);
         let (a_s, slope_s) = (a * s, slope * s);
-        *first = (a - a_s).to_array();
-        *second = a_s.to_array();
-        *first_slope = (slope - slope_s).to_array();
-        *second_slope = slope_s.to_array();
+        put(first, n, a - a_s);
+        put(second, n, a_s);
+        put(first_slope, n, slope - slope_s);
+        put(second_slope, n, slope_s);
     }
 }
 
