@@ -60,13 +60,23 @@ pub fn table(setup: &Setup) -> String {
                 significant(time * 1e6 / as_f64(size)),
                 format!("{:.4}", course.seconds("searching")),
                 format!("{:.4}", course.seconds("fitting")),
+                format!("{:.4}", course.seconds("judging")),
                 course.passes.to_string(),
                 if end.len() < LARGE_END { String::new() } else { format!("{:.2}", exponent(end)) },
             ]);
         }
     }
-    let head =
-        ["number of", "size", "fit s", "us per one", "of the fit: search s", "final s", "passes", "exponent"];
+    let head = [
+        "number of",
+        "size",
+        "fit s",
+        "us per one",
+        "of that: search s",
+        "final s",
+        "judging s",
+        "passes",
+        "exponent",
+    ];
     markdown(&head, &rows)
 }
 
