@@ -27,6 +27,11 @@ use std::sync::Arc;
 const POINTS: [usize; 3] = [30, 20, 300];
 /// Starts that come out of it: with one shape, and with more.
 const STARTS: [usize; 2] = [5, 8];
+/// The amplitudes of every point are solved in so many iterations; those of one point in so many, the best, in as
+/// many as products of amplitudes may take.
+const FIRST_ITERATIONS: u64 = 6;
+const PROMISING: usize = 3;
+const ITERATIONS: u64 = 40;
 /// Channels that the points are compared in.
 const CHANNELS: usize = 4;
 /// Of so many times as many points about one in two is left when lobes of one kind are put in order.
@@ -189,15 +194,25 @@ pub(super) fn scan(
         .into_iter()
         .filter(|point| !ordered || place(point).is_sorted())
         .collect();
-    let candidates: Result<Vec<Candidate>, Error> = points
+    let solve = |samples: &Arc<Observed<'_>>, table: ParameterTable, iterations: u64| {
+        let limits = Limits { iterations, observer: None, ..limits.clone() };
+        solve_amplitudes(expression, samples, table, objective, &limits)
+    };
+    let first_look = |point: &Vec<f64>| solve(&samples.some, place(point), FIRST_ITERATIONS);
+    let candidates: Result<Vec<Candidate>, Error> = points.par_iter().map(first_look).collect();
+    let mut candidates = candidates?;
+    let promising =
+        ranking(&candidates).into_iter().take(candidates.len().div_ceil(PROMISING)).collect::<Vec<_>>();
+    let more: Result<Vec<Candidate>, Error> = promising
         .par_iter()
-        .map(|point| solve_amplitudes(expression, &samples.some, place(point), objective, limits))
+        .filter_map(|index| candidates.get(*index))
+        .map(|candidate| solve(&samples.some, candidate.table.clone(), ITERATIONS))
         .collect();
-    let candidates = candidates?;
+    for (index, candidate) in promising.into_iter().zip(more?) {
+        candidates.get_mut(index).into_iter().for_each(|place| *place = candidate.clone());
+    }
 
-    let mut order: Vec<usize> = (0..candidates.len()).collect();
-    let cost = |i: &usize| candidates.get(*i).map_or(f64::INFINITY, |c| c.cost);
-    order.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+    let order = ranking(&candidates);
     let spacing = count(candidates.len().max(1)).powf(-1.0 / count(axes.len().max(1)));
     let near = |i: &usize, j: &usize| {
         let (Some(a), Some(b)) = (points.get(*i), points.get(*j)) else { return false };
@@ -219,10 +234,18 @@ pub(super) fn scan(
         Some(all) => candidates
             .collect::<Vec<_>>()
             .into_par_iter()
-            .map(|candidate| solve_amplitudes(expression, all, candidate.table, objective, limits))
+            .map(|candidate| solve(all, candidate.table, FIRST_ITERATIONS))
             .collect(),
     };
     Ok(Scan { candidates: candidates?, profiles })
+}
+
+/// The candidates' indices, the best first.
+fn ranking(candidates: &[Candidate]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    let cost = |i: &usize| candidates.get(*i).map_or(f64::INFINITY, |c| c.cost);
+    order.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+    order
 }
 
 /// The lowest cost along each axis of a lattice of points.
@@ -254,9 +277,8 @@ fn solve_amplitudes(
     let problem =
         ReflectanceProblem::of(expression, Arc::clone(samples), table.with_fixed(Role::Shape), objective);
     let start = DVector::from_vec(problem.table().coordinates());
-    // A scan needs to tell basins apart, no more; products of amplitudes still take some iterations.
+    // A scan needs to tell basins apart, no more.
     let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };
-    let limits = Limits { iterations: 40, observer: None, ..limits.clone() };
     let solution =
         past_absent_lobes(&problem, start, |start| minimise(&problem, start, tolerances, limits.clone()))?;
     let mut solved = problem.table().clone();

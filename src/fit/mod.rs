@@ -4,6 +4,7 @@ mod absent;
 mod bootstrap;
 mod bounded_step;
 mod coarse;
+mod coarse_to_fine;
 mod errors;
 mod hold_out;
 mod judge;

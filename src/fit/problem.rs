@@ -109,6 +109,10 @@ impl<'a> ReflectanceProblem<'a> {
         &self.table
     }
 
+    pub(super) fn objective(&self) -> Objective {
+        self.objective
+    }
+
     /// Root of the sum of squares of the measured values, weighted and transformed like the residuals.
     #[must_use]
     pub fn magnitude(&self) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::absent::past_absent_lobes;
 use super::bootstrap::{self, Resampled, Uncertainty};
+use super::coarse_to_fine::Remembered;
 use super::errors::ErrorTable;
 use super::hold_out::{self, HeldOut};
 use super::judge::Selection;
@@ -178,9 +179,16 @@ pub fn fit(
     let heard = Arc::clone(progress);
     let observer: Observer = Arc::new(move |iteration, cost| heard.iteration(iteration, cost));
     let limits = task.limits(options.iterations, Some(observer));
+    let remembered = Remembered::new(&problem);
+    let (start, looks) = match options.solver {
+        SolverKind::LevenbergMarquardt => task.approach(&remembered, start, FINAL.cost)?,
+        _ => (start, 0),
+    };
     let mut solution = past_absent_lobes(&problem, start, |start| {
-        minimise_with(options.solver, &problem, start, FINAL, limits.clone(), options.seed)
+        minimise_with(options.solver, &remembered, start, FINAL, limits.clone(), options.seed)
     })?;
+    // The solver counts the last look again.
+    solution.evaluations += looks.saturating_sub(1);
     let mut table = table;
     table.set_coordinates(solution.x.as_slice());
     let dropped = task.drop_negligible(&mut table);

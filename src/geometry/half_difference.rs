@@ -81,13 +81,13 @@ impl HalfDifferenceGrid {
     #[must_use]
     pub fn above_horizon(&self) -> &[bool] {
         self.above_horizon.get_or_init(|| {
-            (0_u32..)
-                .take(Self::CELLS)
-                .map(|cell| {
-                    let geometry = self.geometry(cell);
-                    geometry.cos_i() > 0.0 && geometry.cos_o() > 0.0
-                })
-                .collect()
+            let [n_h, n_d, _] = Self::DIMENSIONS;
+            let mut above = Vec::with_capacity(Self::CELLS);
+            for ring in (0..n_h).flat_map(|i| (0..n_d).map(move |j| self.ring(i, j))) {
+                let cosines = self.cos_phi_d.iter().map(|cos_p| ring.cosines(*cos_p));
+                above.extend(cosines.map(|(cos_i, cos_o)| cos_i > 0.0 && cos_o > 0.0));
+            }
+            above
         })
     }
 
@@ -145,15 +145,22 @@ impl Ring {
         [self.sin_h, 0.0, self.cos_h]
     }
 
+    /// n.wi and n.wo at the difference azimuth whose cosine is given.
+    #[inline(always)]
+    fn cosines(&self, cos_p: f64) -> (f64, f64) {
+        let (along, across) = (self.cos_d * self.cos_h, -self.sin_d * cos_p * self.sin_h);
+        (along + across, along - across)
+    }
+
     /// wi and wo at the difference azimuth whose sine and cosine are given.
     #[inline(always)]
     pub(super) fn directions(&self, sin_p: f64, cos_p: f64) -> ([f64; 3], [f64; 3]) {
         let Self { sin_h, cos_h, sin_d, cos_d } = *self;
         // wi = Ry(theta_h) (sin td cos pd, sin td sin pd, cos td); wo mirrors wi in h.
-        let along = [cos_d * sin_h, 0.0, cos_d * cos_h];
-        let across = [sin_d * cos_p * cos_h, sin_d * sin_p, -sin_d * cos_p * sin_h];
-        let ([lx, ly, lz], [ax, ay, az]) = (along, across);
-        ([lx + ax, ly + ay, lz + az], [lx - ax, ly - ay, lz - az])
+        let (along_x, across_x, across_y) = (cos_d * sin_h, sin_d * cos_p * cos_h, sin_d * sin_p);
+        let (cos_i, cos_o) = self.cosines(cos_p);
+        // 0 - y: negating would make a zero negative, and its azimuth -180 degrees.
+        ([along_x + across_x, across_y, cos_i], [along_x - across_x, 0.0 - across_y, cos_o])
     }
 
     fn geometry(&self, sin_p: f64, cos_p: f64) -> Geometry<f64> {

@@ -78,8 +78,10 @@ fn read(file: &mut File<'_>, options: &ReadOptions) -> Result<Measurement, Error
     })
 }
 
-/// Cells that are read at once: a whole number of pieces makes a plane, and a few fit in the caches.
-const PIECE: usize = HalfDifferenceGrid::CELLS / 45;
+/// Cells that differ in phi_d alone.
+const ROW: usize = HalfDifferenceGrid::DIMENSIONS[2];
+/// Cells that are read at once: whole rows, a whole number of pieces to a plane, small enough for the caches.
+const PIECE: usize = 180 * ROW;
 
 /// What becomes of a cell. Of several reasons to leave it out, the last in this order counts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -116,50 +118,72 @@ struct Table<'g> {
 impl<'g> Table<'g> {
     fn new(above: &'g [bool]) -> Self {
         let verdict = |above: &bool| if *above { Verdict::Usable } else { Verdict::BelowHorizon };
-        let possible = above.iter().filter(|above| **above).count();
         Self {
             above,
             verdicts: above.iter().map(verdict).collect(),
-            values: SCALES.map(|_| Vec::with_capacity(possible)).into(),
+            values: SCALES.map(|_| Vec::with_capacity(above.len())).into(),
             taken: 0,
         }
     }
 
     /// Takes the next numbers, all of one plane. There is no place for any beyond the last plane.
     fn take(&mut self, words: &[u64]) {
-        let (plane, cell) = (self.taken / self.above.len(), self.taken % self.above.len());
+        let (plane, cell) = (self.taken / HalfDifferenceGrid::CELLS, self.taken % HalfDifferenceGrid::CELLS);
         self.taken += words.len();
         let (Some(plane), Some(scale)) = (self.values.get_mut(plane), SCALES.get(plane)) else { return };
         let above = self.above.get(cell..).unwrap_or_default();
         let verdicts = self.verdicts.get_mut(cell..).unwrap_or_default();
         let value = |word: &u64| f64::from_bits(u64::from_le(*word));
-        for (word, verdict) in words.iter().zip(verdicts) {
-            *verdict = Verdict::of(value(word)).max(*verdict);
+        // Most rows are above the horizon and hold nothing odd throughout: they are copied without a look at
+        // each cell.
+        let rows = words.chunks(ROW).zip(above.chunks(ROW)).zip(verdicts.chunks_mut(ROW));
+        for ((words, above), verdicts) in rows {
+            // Without an early end, so that several are compared at once.
+            let usable = |all: bool, v: f64| all & (0.0..=f64::MAX).contains(&v);
+            if !words.iter().map(value).fold(true, usable) {
+                for (word, verdict) in words.iter().zip(verdicts) {
+                    *verdict = Verdict::of(value(word)).max(*verdict);
+                }
+            }
+            if above.iter().all(|above| *above) {
+                plane.extend(words.iter().map(|word| value(word) * scale));
+            } else {
+                let above = words.iter().zip(above).filter(|(_, above)| **above);
+                plane.extend(above.map(|(word, _)| value(word) * scale));
+            }
         }
-        let above = words.iter().zip(above).filter(|(_, above)| **above);
-        plane.extend(above.map(|(word, _)| value(word) * scale));
     }
 
     /// The usable cells, their values, and how many are left out for which reason.
     fn finish(self) -> (Vec<u32>, Vec<Vec<f64>>, BTreeMap<&'static str, usize>) {
         let Self { above, verdicts, mut values, .. } = self;
-        let number = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count();
-        let dropped = [
-            ("below-horizon", number(Verdict::BelowHorizon)),
-            ("not-finite", number(Verdict::NotFinite)),
-            ("not-measured", number(Verdict::NotMeasured)),
-        ];
-        let usable = number(Verdict::Usable);
-        let mut cells = Vec::with_capacity(usable);
-        let numbered = (0_u32..).zip(&verdicts).filter(|(_, verdict)| **verdict == Verdict::Usable);
-        cells.extend(numbered.map(|(cell, _)| cell));
-        if values.iter().any(|plane| plane.len() > usable) {
-            values.par_iter_mut().for_each(|plane| {
+        let (mut below_horizon, mut not_finite, mut not_measured) = (0, 0, 0);
+        let mut cells = Vec::with_capacity(above.len());
+        for (first, verdicts) in (0_u32..).step_by(ROW).zip(verdicts.chunks(ROW)) {
+            let row = (first..).zip(verdicts);
+            if verdicts.iter().all(|verdict| *verdict == Verdict::Usable) {
+                cells.extend(row.map(|(cell, _)| cell));
+                continue;
+            }
+            for (cell, verdict) in row {
+                match verdict {
+                    Verdict::Usable => cells.push(cell),
+                    Verdict::BelowHorizon => below_horizon += 1,
+                    Verdict::NotFinite => not_finite += 1,
+                    Verdict::NotMeasured => not_measured += 1,
+                }
+            }
+        }
+        cells.shrink_to_fit();
+        let dropped =
+            [("below-horizon", below_horizon), ("not-finite", not_finite), ("not-measured", not_measured)];
+        values.par_iter_mut().for_each(|plane| {
+            if plane.len() > cells.len() {
                 let mut verdicts = verdicts.iter().zip(above).filter(|(_, above)| **above);
                 plane.retain(|_| verdicts.next().is_some_and(|(verdict, _)| *verdict == Verdict::Usable));
-                plane.shrink_to_fit();
-            });
-        }
+            }
+            plane.shrink_to_fit();
+        });
         (cells, values, dropped.into_iter().filter(|(_, number)| *number > 0).collect())
     }
 }
