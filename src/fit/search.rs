@@ -5,7 +5,7 @@ use super::loss::{LossKind, Objective};
 use super::observed::Observed;
 use super::parameters::ParameterTable;
 use super::run::{POLISH_SAMPLES, Task};
-use super::termination::Termination;
+use super::termination::{Solution, Termination};
 use super::warnings;
 use crate::error::Error;
 use crate::model::Role;
@@ -36,8 +36,11 @@ pub(super) struct Found {
 
 /// Samples of the scan.
 const SCAN_SAMPLES: usize = 800;
-/// How long its best points are polished.
+/// How long its best points are polished: the first so many iterations all of them, the others only those whose cost
+/// is above the lowest by no more than a share.
 const POLISH_ITERATIONS: u64 = 150;
+const SHORT_POLISH: u64 = 25;
+const HOPEFUL: f64 = 0.2;
 /// Starts whose costs agree to this have found the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
 /// Minima whose costs on part of the samples lie so close compete on ten times as many, at most so many.
@@ -66,12 +69,7 @@ impl Task<'_> {
         if !table.free().is_empty() {
             let seen =
                 scan(self.expression, &few, &table, objective, self.options.seed, &self.limits(0, None))?;
-            let ends: Result<Vec<(Start, ParameterTable)>, Error> = seen
-                .candidates
-                .into_par_iter()
-                .map(|candidate| self.follow(&more, candidate, objective))
-                .collect();
-            let ends = ends?;
+            let ends = self.follow_all(&more, &seen.candidates, objective)?;
             starts = ends.iter().map(|(start, _)| start.clone()).collect();
             profiles = seen.profiles;
             table = self.best_of(ends, objective)?.unwrap_or(table);
@@ -88,26 +86,47 @@ impl Task<'_> {
         Ok((table, Found { objective, starts, profiles }))
     }
 
-    /// Polishes one point of the scan.
-    fn follow(
+    /// Polishes every point of the scan; those that are slow for longer only if they come near the best.
+    fn follow_all(
         &self,
         samples: &Arc<Observed<'_>>,
-        candidate: Candidate,
+        candidates: &[Candidate],
         objective: Objective,
-    ) -> Result<(Start, ParameterTable), Error> {
-        let table = candidate.table;
-        let solution = self.polish(samples, table.clone(), objective, POLISH_ITERATIONS)?;
-        let mut polished = table.clone();
-        polished.set_coordinates(solution.x.as_slice());
-        polished.sort_lobes();
-        let shapes = free_shapes(&table).into_iter().map(|(index, value)| (table.name(index), value));
-        let start = Start {
-            cost: solution.cost,
-            shapes: shapes.collect(),
-            reached: free_shapes(&polished),
-            termination: solution.termination,
+    ) -> Result<Vec<(Start, ParameterTable)>, Error> {
+        let follow = |table: &ParameterTable, iterations| -> Result<(Solution, ParameterTable), Error> {
+            let solution = self.polish(samples, table.clone(), objective, iterations)?;
+            let mut polished = table.clone();
+            polished.set_coordinates(solution.x.as_slice());
+            Ok((solution, polished))
         };
-        Ok((start, polished))
+        let first: Result<Vec<_>, Error> =
+            candidates.par_iter().map(|candidate| follow(&candidate.table, SHORT_POLISH)).collect();
+        let first = first?;
+        let lowest = first.iter().map(|(solution, _)| solution.cost).fold(f64::INFINITY, f64::min);
+        let ends: Result<Vec<_>, Error> = first
+            .into_par_iter()
+            .map(|(solution, polished)| {
+                let near = solution.cost <= (1.0 + HOPEFUL) * lowest;
+                if solution.termination == Termination::IterationLimit && near {
+                    follow(&polished, POLISH_ITERATIONS - SHORT_POLISH)
+                } else {
+                    Ok((solution, polished))
+                }
+            })
+            .collect();
+        let record = |(candidate, (solution, mut polished)): (&Candidate, (Solution, ParameterTable))| {
+            polished.sort_lobes();
+            let from = &candidate.table;
+            let shapes = free_shapes(from).into_iter().map(|(index, value)| (from.name(index), value));
+            let start = Start {
+                cost: solution.cost,
+                shapes: shapes.collect(),
+                reached: free_shapes(&polished),
+                termination: solution.termination,
+            };
+            (start, polished)
+        };
+        Ok(candidates.iter().zip(ends?).map(record).collect())
     }
 
     /// The best of what the starts led to. Minima that are close on part of the samples compete on more.
