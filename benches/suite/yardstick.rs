@@ -25,7 +25,7 @@ pub fn table(setup: &Setup) -> String {
     let model = &expression.lobes()[0].model;
     let blocks = blocks(&inputs::directions(BLOCKS * BLOCK));
     let coordinates: Vec<Coordinates> = blocks.iter().map(Coordinates::new).collect();
-    let mut basis = BasisBlock::default();
+    let (mut basis, mut portable) = (BasisBlock::default(), BasisBlock::portable());
     let mut by_hand = Basis::default();
     for (block, coordinates) in blocks.iter().zip(&coordinates) {
         basis.forget();
@@ -45,11 +45,13 @@ pub fn table(setup: &Setup) -> String {
         [("values", values), ("values and derivatives", values_and_derivatives)];
     for (differentiate, (name, kernel)) in [false, true].into_iter().zip(kernels) {
         // In turns, so that whatever else the machine does disturbs both.
-        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        let (mut ours, mut plain, mut theirs) = (Vec::new(), Vec::new(), Vec::new());
         for _ in 0..setup.effort.runs {
             let shapes = [black_box(ROUGHNESS)];
             let library = || evaluate(model, &blocks, &shapes, differentiate, &mut basis);
             ours.push(per_sample(setup.effort.nanoseconds(library)));
+            let library = || evaluate(model, &blocks, &shapes, differentiate, &mut portable);
+            plain.push(per_sample(setup.effort.nanoseconds(library)));
             theirs.push(per_sample(setup.effort.nanoseconds(|| {
                 for coordinates in &coordinates {
                     kernel(black_box(coordinates), black_box(ROUGHNESS), &mut by_hand);
@@ -58,10 +60,14 @@ pub fn table(setup: &Setup) -> String {
             })));
         }
         let ratio = median(ours.iter().zip(&theirs).map(|(ours, theirs)| ours / theirs));
-        let (ours, theirs) = (median(ours), median(theirs));
-        rows.push(vec![name.to_owned(), format!("{ours:.2}"), format!("{theirs:.2}"), format!("{ratio:.2}")]);
+        let portable_ratio = median(plain.iter().zip(&theirs).map(|(plain, theirs)| plain / theirs));
+        let figures = [median(ours), median(theirs), ratio, median(plain), portable_ratio];
+        let figures = figures.map(|figure| format!("{figure:.2}"));
+        rows.push([vec![name.to_owned()], figures.to_vec()].concat());
     }
-    markdown(&["", "library, ns", "by hand, ns", "ratio"], &rows)
+    let titles =
+        ["", "library, ns", "by hand, ns", "ratio", "library on the baseline instructions, ns", "its ratio"];
+    markdown(&titles, &rows)
 }
 
 type Kernel = fn(&Coordinates, f64, &mut Basis);

@@ -147,6 +147,13 @@ macro_rules! with_real {
                 self.chain(root, 0.5 / root)
             }
             #[inline(always)]
+            fn sqrt_pair(a: Self, b: Self) -> (Self, Self) {
+                let (root_a, root_b): ($float, $float) = (a.value.sqrt(), b.value.sqrt());
+                // 1/(2 sqrt a) and 1/(2 sqrt b) over a common denominator
+                let common = 0.5 / (root_a * root_b);
+                (a.chain(root_a, common * root_b), b.chain(root_b, common * root_a))
+            }
+            #[inline(always)]
             fn sin(self) -> Self {
                 self.chain(self.value.sin(), self.value.cos())
             }

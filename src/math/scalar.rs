@@ -51,6 +51,13 @@ pub trait Scalar:
     #[must_use]
     fn sqrt(self) -> Self;
 
+    /// Square roots of two positive numbers, the slopes of both for one division.
+    #[inline(always)]
+    #[must_use]
+    fn sqrt_pair(a: Self, b: Self) -> (Self, Self) {
+        (a.sqrt(), b.sqrt())
+    }
+
     /// Sine of an angle in radians.
     #[must_use]
     fn sin(self) -> Self;

@@ -50,6 +50,8 @@ pub trait Visitor {
 /// Basis functions of one lobe on a block, and their derivatives with respect to the lobe's shapes.
 #[derive(Clone, Debug, Default)]
 pub struct BasisBlock {
+    /// The instruction set; none for the widest that there is.
+    arch: Option<Arch>,
     parts: Vec<PartBlock>,
     values: Vec<Row>,
     /// Per shape, a row per function.
@@ -117,6 +119,12 @@ impl fmt::Debug for Preparation {
 }
 
 impl BasisBlock {
+    /// One that is evaluated with the instructions that every processor of the kind has, to see what others gain.
+    #[must_use]
+    pub fn portable() -> Self {
+        Self { arch: Some(Arch::Scalar), ..Self::default() }
+    }
+
     /// Basis function k at every sample, 1/sr.
     #[must_use]
     pub fn values(&self) -> &[Row] {
@@ -150,13 +158,13 @@ impl BasisBlock {
             parts: &mut self.parts,
             next: 0,
             changed: false,
-            arch: Arch::new(),
+            arch: self.arch.unwrap_or_default(),
         };
         visit(&mut evaluation);
         if evaluation.changed {
             let arch = evaluation.arch;
             self.partials.resize(if differentiate { shapes.len() } else { 0 }, Vec::new());
-            let Self { parts, values, partials } = self;
+            let Self { parts, values, partials, .. } = self;
             arch.dispatch(Product { parts, values, partials });
         }
     }
@@ -313,38 +321,56 @@ impl WithSimd for Product<'_> {
         let functions = parts.iter().map(|part| part.functions).max().unwrap_or(0);
         values.resize(functions, Row::filled(1.0));
         partials.iter_mut().for_each(|rows| rows.resize(functions, Row::filled(0.0)));
-        for (k, value) in values.iter_mut().enumerate() {
-            for (index, part) in parts.iter().enumerate() {
-                let (Some(factor), first) = (part.value(k), index == 0) else { continue };
-                for (shape, rows) in partials.iter_mut().enumerate() {
-                    let Some(partial) = rows.get_mut(k) else { continue };
-                    let before = parts.iter().take(index).any(|earlier| earlier.depends_on(shape));
-                    // (v f)' = v' f + v f'
-                    match (before, part.partial(shape, k)) {
-                        (true, Some(slope)) => {
-                            for (((p, f), v), s) in
-                                partial.iter_mut().zip(factor).zip(value.iter()).zip(slope)
-                            {
-                                *p = *p * f + v * s;
-                            }
-                        }
-                        (true, None) => partial.iter_mut().zip(factor).for_each(|(p, f)| *p *= f),
-                        (false, Some(slope)) if first => *partial = *slope,
-                        (false, Some(slope)) => {
-                            for ((p, v), s) in partial.iter_mut().zip(value.iter()).zip(slope) {
-                                *p = v * s;
-                            }
-                        }
-                        (false, None) => {}
-                    }
-                }
-                if first {
-                    *value = *factor;
-                } else {
-                    value.iter_mut().zip(factor).for_each(|(v, f)| *v *= f);
-                }
+        // What multiplies all functions is multiplied once.
+        for index in (0..parts.len()).filter(|index| is_common(parts, *index)) {
+            multiply(parts, index, 0, values, partials);
+        }
+        for rows in partials.iter_mut().chain([&mut *values]) {
+            if let Some((first, others)) = rows.split_first_mut() {
+                others.fill(*first);
             }
         }
+        for index in (0..parts.len()).filter(|index| !is_common(parts, *index)) {
+            (0..functions).for_each(|k| multiply(parts, index, k, values, partials));
+        }
+    }
+}
+
+/// Whether a part multiplies all functions alike.
+#[inline(always)]
+fn is_common(parts: &[PartBlock], index: usize) -> bool {
+    parts.get(index).is_some_and(|part| part.functions == 1)
+}
+
+/// Multiplies function `k` by its factor of a part, after those that come before it: common ones first.
+#[inline(always)]
+fn multiply(parts: &[PartBlock], index: usize, k: usize, values: &mut [Row], partials: &mut [Vec<Row>]) {
+    let Some(part) = parts.get(index) else { return };
+    let (Some(factor), Some(value)) = (part.value(k), values.get_mut(k)) else { return };
+    let order = |index: usize| (!is_common(parts, index), index);
+    let earlier = parts.iter().enumerate().filter(|(other, _)| order(*other) < order(index));
+    let is_first = earlier.clone().next().is_none();
+    for (shape, rows) in partials.iter_mut().enumerate() {
+        let Some(partial) = rows.get_mut(k) else { continue };
+        let before = earlier.clone().any(|(_, earlier)| earlier.depends_on(shape));
+        // (v f)' = v' f + v f'
+        match (before, part.partial(shape, k)) {
+            (true, Some(slope)) => {
+                let entries = partial.iter_mut().zip(factor).zip(value.iter()).zip(slope);
+                entries.for_each(|(((p, f), v), s)| *p = *p * f + v * s);
+            }
+            (true, None) => partial.iter_mut().zip(factor).for_each(|(p, f)| *p *= f),
+            (false, Some(slope)) if is_first => *partial = *slope,
+            (false, Some(slope)) => {
+                partial.iter_mut().zip(value.iter()).zip(slope).for_each(|((p, v), s)| *p = v * s);
+            }
+            (false, None) => {}
+        }
+    }
+    if is_first {
+        *value = *factor;
+    } else {
+        value.iter_mut().zip(factor).for_each(|(v, f)| *v *= f);
     }
 }
 

@@ -30,8 +30,20 @@ impl FacetDistribution for Ggx {
     }
 
     #[inline(always)]
-    fn stretched_cos<T: Scalar>(&[m2, ..]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
-        let cos2: T::Real = cos * cos;
-        (m2 * sin2 + cos2).sqrt()
+    fn stretched_cos<T: Scalar>(constants: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
+        stretched_cos2(constants, cos, sin2).sqrt()
     }
+
+    #[inline(always)]
+    fn stretched_cosines<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> (T, T) {
+        let of = |cos, sin2| stretched_cos2(constants, cos, sin2);
+        T::sqrt_pair(of(g.cos_i(), g.sin2_i()), of(g.cos_o(), g.sin2_o()))
+    }
+}
+
+/// (cos (1 + 2 Lambda))^2
+#[inline(always)]
+fn stretched_cos2<T: Scalar>(&[m2, ..]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
+    let cos2: T::Real = cos * cos;
+    m2 * sin2 + cos2
 }

@@ -27,6 +27,13 @@ pub trait FacetDistribution {
     /// sine of theta. The cosine keeps it finite at grazing; in this form no Lambda that is known needs a
     /// difference.
     fn stretched_cos<T: Scalar>(constants: &Constants<T>, cos: T::Real, sin2: T::Real) -> T;
+
+    /// The same for the light and for the viewer.
+    #[inline(always)]
+    fn stretched_cosines<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> (T, T) {
+        let of = |cos, sin2| Self::stretched_cos(constants, cos, sin2);
+        (of(g.cos_i(), g.sin2_i()), of(g.cos_o(), g.sin2_o()))
+    }
 }
 
 /// The density of a distribution as a part of a lobe.

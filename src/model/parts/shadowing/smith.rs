@@ -16,8 +16,7 @@ impl Masking for Smith {
     #[inline(always)]
     fn visibility<D: FacetDistribution, T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> T {
         let (cos_i, cos_o) = (g.cos_i(), g.cos_o());
-        let light = D::stretched_cos(constants, cos_i, g.sin2_i());
-        let view = D::stretched_cos(constants, cos_o, g.sin2_o());
+        let (light, view) = D::stretched_cosines(constants, g);
         (light * cos_o + view * cos_i).recip().times(0.5)
     }
 }

@@ -14,9 +14,7 @@ impl Masking for SmithUncorrelated {
 
     #[inline(always)]
     fn visibility<D: FacetDistribution, T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> T {
-        let side = |cos: T::Real, sin2: T::Real| D::stretched_cos(constants, cos, sin2) + cos;
-        let light: T = side(g.cos_i(), g.sin2_i());
-        let view: T = side(g.cos_o(), g.sin2_o());
-        (light * view).recip()
+        let (light, view) = D::stretched_cosines(constants, g);
+        ((light + g.cos_i()) * (view + g.cos_o())).recip()
     }
 }
