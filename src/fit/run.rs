@@ -184,8 +184,10 @@ pub fn fit(
         SolverKind::LevenbergMarquardt => task.approach(&remembered, start, FINAL.cost)?,
         _ => (start, 0),
     };
+    // A corrected round gains more digits than an undamped step, so one of these is enough after it.
+    let tolerances = if looks > 1 { Tolerances { refinements: 1, ..FINAL } } else { FINAL };
     let mut solution = past_absent_lobes(&problem, start, |start| {
-        minimise_with(options.solver, &remembered, start, FINAL, limits.clone(), options.seed)
+        minimise_with(options.solver, &remembered, start, tolerances, limits.clone(), options.seed)
     })?;
     // The solver counts the last look again.
     solution.evaluations += looks.saturating_sub(1);

@@ -428,3 +428,85 @@ impl<T: Scalar> Visitor for PointEvaluation<'_, T> {
         };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::HalfDifferenceGrid;
+    use crate::model::{AnyModel, REGISTRY, Role};
+
+    fn shapes(model: &AnyModel) -> Vec<f64> {
+        let shapes = model.parameters().into_iter().filter(|spec| spec.role == Role::Shape);
+        shapes.map(|spec| spec.initial * spec.unit.factor()).collect()
+    }
+
+    fn bits(basis: &BasisBlock, shapes: usize) -> Vec<u64> {
+        let rows = (0..shapes).flat_map(|shape| basis.partials(shape)).chain(basis.values());
+        rows.flatten().map(|value| value.to_bits()).collect()
+    }
+
+    /// Cells of several rings, the last of them cut short.
+    fn cells() -> Vec<u32> {
+        let grid = HalfDifferenceGrid::merl_centers();
+        let above = grid.above_horizon().iter().zip(0_u32..).filter(|(above, _)| **above);
+        above.map(|(_, cell)| cell).skip(400_000).step_by(2).take(BLOCK - 5).collect()
+    }
+
+    #[test]
+    fn every_instruction_set_gives_the_same_bytes() {
+        let mut block = Block::new();
+        block.fill_cells(&HalfDifferenceGrid::merl_centers(), &cells());
+        for (model, _) in REGISTRY.iter().flat_map(|entry| entry.variants()) {
+            let shapes = shapes(&model);
+            let (mut widest, mut portable) = (BasisBlock::default(), BasisBlock::portable());
+            model.evaluate(&block, &shapes, true, &mut widest);
+            model.evaluate(&block, &shapes, true, &mut portable);
+            assert_eq!(bits(&widest, shapes.len()), bits(&portable, shapes.len()), "{}", model.name());
+        }
+    }
+
+    #[test]
+    fn sharing_on_rings_changes_no_byte() {
+        let grid = HalfDifferenceGrid::merl_centers();
+        let rings: Vec<u32> = cells().iter().flat_map(|cell| [*cell, cell + 1]).take(BLOCK).collect();
+        let (mut on_rings, mut one_by_one) = (Block::new(), Block::new());
+        on_rings.fill_cells(&grid, &rings);
+        one_by_one.fill(rings.iter().map(|cell| grid.geometry(*cell)));
+        assert!((1..=MOST_RINGS).contains(&on_rings.rings().len()), "{:?}", on_rings.rings());
+        assert!(one_by_one.rings().is_empty());
+        for (model, _) in REGISTRY.iter().flat_map(|entry| entry.variants()) {
+            let shapes = shapes(&model);
+            let (mut shared, mut alone) = (BasisBlock::default(), BasisBlock::default());
+            model.evaluate(&on_rings, &shapes, true, &mut shared);
+            model.evaluate(&one_by_one, &shapes, true, &mut alone);
+            assert_eq!(bits(&shared, shapes.len()), bits(&alone, shapes.len()), "{}", model.name());
+        }
+    }
+
+    #[test]
+    fn a_part_is_evaluated_again_when_its_shapes_or_the_block_change() {
+        let grid = HalfDifferenceGrid::merl_centers();
+        let cells = cells();
+        let (first, second) = cells.split_at(50);
+        let (model, _) =
+            REGISTRY.iter().find(|entry| entry.name == "cook-torrance").unwrap().build(&[]).unwrap();
+        let fresh = |cells: &[u32], m: f64| {
+            let (mut block, mut basis) = (Block::new(), BasisBlock::default());
+            block.fill_cells(&grid, cells);
+            model.evaluate(&block, &[m], true, &mut basis);
+            bits(&basis, 1)
+        };
+        let (mut block, mut basis) = (Block::new(), BasisBlock::default());
+        for (cells, m) in [(first, 0.2), (first, 0.3), (second, 0.3), (first, 0.2)] {
+            block.fill_cells(&grid, cells);
+            basis.forget();
+            model.evaluate(&block, &[m], true, &mut basis);
+            assert_eq!(bits(&basis, 1), fresh(cells, m));
+            // Another channel with the same shapes, and one with others.
+            model.evaluate(&block, &[m], true, &mut basis);
+            assert_eq!(bits(&basis, 1), fresh(cells, m));
+            model.evaluate(&block, &[0.7], true, &mut basis);
+            assert_eq!(bits(&basis, 1), fresh(cells, 0.7));
+        }
+    }
+}
