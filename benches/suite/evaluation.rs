@@ -3,6 +3,7 @@
 use super::timing::as_f64;
 use super::{Setup, inputs, markdown};
 use brdfit::geometry::{BLOCK, Block, Directions, Geometry};
+use brdfit::math::{Dual, Real, Scalar};
 use brdfit::model::{AnyModel, BasisBlock, ModelEntry, REGISTRY, Role};
 use std::hint::black_box;
 
@@ -25,7 +26,9 @@ pub fn table(setup: &Setup) -> String {
             "values, block",
             "values and derivatives, block",
             "value, one by one, f64",
-            "value, one by one, f32",
+            "f32",
+            "value and derivatives, one by one, f64",
+            "f32",
         ],
         &rows,
     )
@@ -61,6 +64,13 @@ fn row(setup: &Setup, directions: &Directions, model: &AnyModel, text: String) -
             black_box(model.value::<f64>(black_box(geometry), &shapes, &amplitudes));
         }
     }));
+    let seeded = seeds(&shapes);
+    let constants: Vec<Dual<f64, SHAPES>> = amplitudes.iter().copied().map(Dual::from_real).collect();
+    let double_slopes = per_sample(setup.effort.nanoseconds(|| {
+        for geometry in &geometry {
+            black_box(model.value(black_box(geometry), &seeded, &constants));
+        }
+    }));
     let geometry: Vec<Geometry<f32>> =
         geometry.iter().map(|g| Geometry::new(g.wi.map(narrow), g.wo.map(narrow))).collect();
     let shapes_f32: Vec<f32> = shapes.iter().copied().map(narrow).collect();
@@ -70,7 +80,23 @@ fn row(setup: &Setup, directions: &Directions, model: &AnyModel, text: String) -
             black_box(model.value::<f32>(black_box(geometry), &shapes_f32, &amplitudes));
         }
     }));
-    vec![text, shapes.len().to_string(), value, derivatives, double, single]
+    let seeded = seeds(&shapes_f32);
+    let constants: Vec<Dual<f32, SHAPES>> = amplitudes.iter().copied().map(Dual::from_real).collect();
+    let single_slopes = per_sample(setup.effort.nanoseconds(|| {
+        for geometry in &geometry {
+            black_box(model.value(black_box(geometry), &seeded, &constants));
+        }
+    }));
+    vec![text, shapes.len().to_string(), value, derivatives, double, single, double_slopes, single_slopes]
+}
+
+/// Room for the derivatives with respect to the shapes of any model.
+const SHAPES: usize = 3;
+
+/// The shapes, each the variable of a derivative.
+fn seeds<R: Real>(shapes: &[R]) -> Vec<Dual<R, SHAPES>> {
+    assert!(shapes.len() <= SHAPES);
+    shapes.iter().enumerate().map(|(index, shape)| Dual::variable(*shape, index)).collect()
 }
 
 /// Shapes and amplitudes where a fit begins, in formula units.
