@@ -47,7 +47,7 @@ impl Task<'_> {
         if self.samples.len() < LEAST_RATIO * PART_SAMPLES || start.is_empty() {
             return Ok((start, 0));
         }
-        let samples = self.samples.subset(PART_SAMPLES, self.options.seed);
+        let samples = self.draws.part(PART_SAMPLES, self.options.seed);
         let part =
             self.problem(&self.observe(&samples), whole.problem.table().clone(), whole.problem.objective());
         let limits = self.limits(ITERATIONS, None);

@@ -4,7 +4,7 @@ use super::bootstrap::Resampled;
 use super::errors::{ErrorTable, score};
 use super::least_squares::{LeastSquares, Linearisation};
 use super::loss::{LossKind, Objective};
-use super::parameters::{ParameterTable, Status};
+use super::parameters::{ParameterTable, Row, Status};
 use super::problem::ReflectanceProblem;
 use super::run::{Fit, Task};
 use super::search::Found;
@@ -143,22 +143,22 @@ impl Task<'_> {
 
     /// Parameters that are fixed by default and should not have been.
     fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
-        let mut warnings = Vec::new();
-        let mut seen: Vec<(usize, usize)> = Vec::new();
-        // Fitted as it is once, for the first parameter that asks.
-        let few = self.samples.subset(CHECK_SAMPLES, self.options.seed);
-        let few = self.observe(&few);
-        let mut baseline: Option<f64> = None;
+        let mut doubted: Vec<&Row> = Vec::new();
         for row in table.rows() {
-            let place = (row.lobe, row.parameter);
-            if !row.spec.fixed || row.status != Status::Fixed || row.given || seen.contains(&place) {
-                continue;
+            let by_default = row.spec.fixed && row.status == Status::Fixed && !row.given;
+            let same = |other: &&Row| (other.lobe, other.parameter) == (row.lobe, row.parameter);
+            if by_default && !doubted.iter().any(same) {
+                doubted.push(row);
             }
-            seen.push(place);
-            let held = match baseline {
-                Some(held) => held,
-                None => *baseline.insert(self.polish(&few, table.clone(), objective, 30)?.cost),
-            };
+        }
+        let mut warnings = Vec::new();
+        if doubted.is_empty() {
+            return Ok(warnings);
+        }
+        let few = self.draws.part(CHECK_SAMPLES, self.options.seed);
+        let few = self.observe(&few);
+        let held = self.polish(&few, table.clone(), objective, 30)?.cost;
+        for row in doubted {
             let freed = table.with_freed(table.places(row.lobe, row.parameter));
             let loose = self.polish(&few, freed, objective, 30)?.cost;
             if loose < (1.0 - WORTH_FREEING) * held {

@@ -19,7 +19,7 @@ use super::termination::{Limits, Observer, Solution, StopSignal, Termination, To
 use super::uncertainty::Covariance;
 use super::warnings::Warning;
 use crate::error::Error;
-use crate::measurement::{Filters, Measurement, Samples, Weighting};
+use crate::measurement::{Draws, Filters, Measurement, Samples, Weighting};
 use crate::model::{Expression, Role};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
@@ -167,7 +167,7 @@ pub fn fit(
         Uncertainty::Formula => None,
         Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
     };
-    let task = Task { expression, samples: &samples, options };
+    let task = Task::new(expression, &samples, options);
 
     progress.stage("searching");
     let (table, found) = task.search(table)?;
@@ -242,7 +242,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
         .map(|index| table.name(index))
         .collect();
     let table = table.with_fixed(Role::Shape).with_fixed(Role::Amplitude);
-    let task = Task { expression, samples: &samples, options };
+    let task = Task::new(expression, &samples, options);
     let found = Found { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
     let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
@@ -266,10 +266,16 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
 pub(super) struct Task<'a> {
     pub(super) expression: &'a Expression,
     pub(super) samples: &'a Samples,
+    /// Of those samples.
+    pub(super) draws: Draws<'a>,
     pub(super) options: &'a Options,
 }
 
-impl Task<'_> {
+impl<'a> Task<'a> {
+    fn new(expression: &'a Expression, samples: &'a Samples, options: &'a Options) -> Self {
+        Self { expression, samples, draws: Draws::new(samples), options }
+    }
+
     pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
         Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
     }
@@ -305,7 +311,7 @@ impl Task<'_> {
 
     /// Sets amplitudes without any effect to their bound; returns whether there were any.
     fn drop_negligible(&self, table: &mut ParameterTable) -> bool {
-        let samples = self.samples.subset(POLISH_SAMPLES, self.options.seed);
+        let samples = self.draws.part(POLISH_SAMPLES, self.options.seed);
         let problem = ReflectanceProblem::new(self.expression, &samples, table.clone(), Metric::L2);
         let x = DVector::from_vec(table.coordinates());
         let lengths = problem.linearise(&x).column_lengths(x.len());

@@ -58,9 +58,9 @@ const SMALLEST_SCALE: f64 = 1e-6;
 impl Task<'_> {
     /// The best start found, polished on part of the samples, and what was seen on the way.
     pub(super) fn search(&self, mut table: ParameterTable) -> Result<(ParameterTable, Found), Error> {
-        let few = self.samples.subset(SCAN_SAMPLES, self.options.seed);
+        let few = self.draws.part(SCAN_SAMPLES, self.options.seed);
         let few = ScanSamples::new(&few, self.options.metric);
-        let more = self.samples.subset(POLISH_SAMPLES, self.options.seed);
+        let more = self.draws.part(POLISH_SAMPLES, self.options.seed);
         let more = self.observe(&more);
         let widest = self.widest_scale(few.in_all_channels());
         let mut objective = Objective { metric: self.options.metric, loss: self.options.loss, scale: widest };
@@ -155,7 +155,7 @@ impl Task<'_> {
         if rivals.len() < 2 || !partial {
             return Ok(rivals.into_iter().next().map(|(_, table)| table));
         }
-        let many = self.samples.subset(RACE_SAMPLES, self.options.seed);
+        let many = self.draws.part(RACE_SAMPLES, self.options.seed);
         let many = self.observe(&many);
         let mut best: Option<(f64, ParameterTable)> = None;
         for (_, mut table) in rivals {

@@ -2,6 +2,7 @@
 
 use super::{BLOCK, Block, Geometry, HalfDifferenceGrid};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -12,6 +13,13 @@ pub struct Pair {
     pub wi: DVec3,
     /// To the viewer.
     pub wo: DVec3,
+}
+
+impl Pair {
+    /// Everything that a model may know of the pair.
+    pub(crate) fn geometry(&self) -> Geometry<f64> {
+        Geometry::new(self.wi.to_array(), self.wo.to_array())
+    }
 }
 
 /// The unit direction at polar angle `theta` and azimuth `phi`, radians.
@@ -75,7 +83,7 @@ impl Directions {
             Self::Grid { grid, cells } => (&[], Some((grid, cells))),
         };
         let cells = grid.into_iter().flat_map(|(grid, cells)| cells.iter().map(|&cell| grid.geometry(cell)));
-        pairs.iter().map(pair_geometry).chain(cells)
+        pairs.iter().map(Pair::geometry).chain(cells)
     }
 
     /// Puts the geometry of the samples in `range` into `block`.
@@ -87,6 +95,14 @@ impl Directions {
             Self::Grid { grid, cells } => {
                 block.fill_cells(grid, cells.get(range).unwrap_or_default());
             }
+        }
+    }
+
+    /// What `of` makes of the geometry of every sample.
+    pub(crate) fn each<T: Send>(&self, of: impl Fn(&Geometry<f64>) -> T + Sync) -> Vec<T> {
+        match self {
+            Self::Scattered(pairs) => pairs.par_iter().map(|pair| of(&pair.geometry())).collect(),
+            Self::Grid { grid, cells } => cells.par_iter().map(|&cell| of(&grid.geometry(cell))).collect(),
         }
     }
 
@@ -112,10 +128,6 @@ impl Directions {
 #[must_use]
 pub(crate) fn gather<T: Copy>(from: &[T], indices: &[usize]) -> Vec<T> {
     indices.iter().filter_map(|&i| from.get(i).copied()).collect()
-}
-
-fn pair_geometry(pair: &Pair) -> Geometry<f64> {
-    Geometry::new(pair.wi.to_array(), pair.wo.to_array())
 }
 
 #[cfg(test)]

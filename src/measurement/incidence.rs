@@ -63,8 +63,7 @@ impl Samples {
     /// degrees), otherwise ranges of 5 degrees, of which the upper end is part.
     #[must_use]
     pub fn incidence_groups(&self) -> IncidenceGroups {
-        let theta_i = self.directions.iter().map(|g| g.sin2_i().sqrt().atan2(g.cos_i()).to_degrees());
-        let theta_i: Vec<f64> = theta_i.collect();
+        let theta_i = self.directions.each(|g| g.sin2_i().sqrt().atan2(g.cos_i()).to_degrees());
         angles(&theta_i).unwrap_or_else(|| ranges(&theta_i))
     }
 }

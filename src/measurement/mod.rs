@@ -1,11 +1,13 @@
 //! Measured reflectance: what a file held, which samples are usable, and how they are weighted.
 
 pub mod csv_table;
+mod draws;
 pub mod formats;
 mod incidence;
 mod info;
 mod samples;
 
+pub use draws::Draws;
 pub use incidence::IncidenceGroups;
 pub use info::{ALBEDO_LIMIT_DEG, Coverage, coverage};
 pub use samples::{Filters, Samples, Weighting};

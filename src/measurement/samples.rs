@@ -91,12 +91,7 @@ impl Samples {
                     && sin2.sqrt().atan2(cos).to_degrees() <= filters.max_theta_deg + ANGLE_TOLERANCE_DEG)
         };
         let inside = |g: &Geometry<f64>| within(g.cos_i(), g.sin2_i()) && within(g.cos_o(), g.sin2_o());
-        let mut keep: Vec<bool> = match &measurement.directions {
-            Directions::Scattered(_) => measurement.directions.iter().map(|g| inside(&g)).collect(),
-            Directions::Grid { grid, cells } => {
-                cells.par_iter().map(|&cell| inside(&grid.geometry(cell))).collect()
-            }
-        };
+        let mut keep: Vec<bool> = measurement.directions.each(inside);
         let mut left = keep.iter().filter(|keep| **keep).count();
         if left < keep.len() {
             *dropped.entry("beyond-max-theta").or_default() += keep.len() - left;
@@ -150,49 +145,6 @@ impl Samples {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.directions.is_empty()
-    }
-
-    /// About `wanted` of the samples, weighted to stand for all of them; all if there are no more.
-    ///
-    /// Sorted by the half vector's angle to the normal, they are divided into stretches that grow with
-    /// that angle, and one is drawn from each with the weight of the stretch: a sharp peak, which may be
-    /// a handful of samples among thousands, keeps all of them.
-    #[must_use]
-    pub fn subset(&self, wanted: usize, seed: u64) -> Self {
-        if wanted >= self.len() {
-            return self.clone();
-        }
-        // Cells are numbered by theta_h to begin with.
-        let order = (!self.directions.is_grid()).then(|| {
-            let sines: Vec<f64> = self.directions.iter().map(|g| g.sin2_h()).collect();
-            let sine = |i: &usize| sines.get(*i).copied().unwrap_or(f64::INFINITY);
-            let mut order: Vec<usize> = (0..self.len()).collect();
-            order.sort_by(|a, b| sine(a).total_cmp(&sine(b)));
-            order
-        });
-        let sample = |place: usize| order.as_ref().map_or(Some(place), |order| order.get(place).copied());
-        let mut rng = Pcg64Mcg::seed_from_u64(seed);
-        // The end of stretch k, n ((k + 1)/wanted)^2, in whole numbers.
-        let square = |k: usize| (self.len() as u128 * (k as u128).pow(2)) / (wanted as u128).pow(2);
-        let end = |k: usize| usize::try_from(square(k)).unwrap_or(usize::MAX);
-        let mut chosen: Vec<(usize, usize)> = Vec::with_capacity(wanted);
-        let mut start = 0;
-        for stretch in 1..=wanted {
-            let end = end(stretch).max(start);
-            if end > start
-                && let Some(index) = sample(rng.random_range(start..end))
-            {
-                chosen.push((index, end - start));
-                start = end;
-            }
-        }
-        chosen.sort_unstable();
-        let indices: Vec<usize> = chosen.iter().map(|(index, _)| *index).collect();
-        let mut subset = self.at(&indices);
-        for (weight, (_, stands_for)) in subset.weights.iter_mut().zip(&chosen) {
-            *weight *= count(*stands_for);
-        }
-        subset
     }
 
     /// The samples at `indices`.

@@ -1,0 +1,133 @@
+//! Parts of the samples, drawn to stand for all of them.
+
+use super::Samples;
+use crate::geometry::{Directions, Pair};
+use crate::math::count;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// Draws parts of some samples. The first draw puts scattered samples in order; further ones cost little more
+/// than the part itself.
+#[derive(Debug)]
+pub struct Draws<'a> {
+    samples: &'a Samples,
+    /// Scattered samples by the half vector's angle to the normal.
+    order: OnceLock<Vec<u32>>,
+}
+
+impl<'a> Draws<'a> {
+    /// Draws from `samples`.
+    #[must_use]
+    pub fn new(samples: &'a Samples) -> Self {
+        Self { samples, order: OnceLock::new() }
+    }
+
+    /// About `wanted` of the samples, weighted to stand for all of them; all if there are no more.
+    ///
+    /// Sorted by the half vector's angle to the normal, they are divided into stretches that grow with
+    /// that angle, and one is drawn from each with the weight of the stretch: a sharp peak, which may be
+    /// a handful of samples among thousands, keeps all of them.
+    #[must_use]
+    pub fn part(&self, wanted: usize, seed: u64) -> Samples {
+        let all = self.samples.len();
+        if wanted >= all {
+            return self.samples.clone();
+        }
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        // The end of stretch k, n ((k + 1)/wanted)^2, in whole numbers.
+        let square = |k: usize| (all as u128 * (k as u128).pow(2)) / (wanted as u128).pow(2);
+        let end = |k: usize| usize::try_from(square(k)).unwrap_or(usize::MAX);
+        let mut chosen: Vec<(usize, usize)> = Vec::with_capacity(wanted);
+        let mut start = 0;
+        for stretch in 1..=wanted {
+            let end = end(stretch).max(start);
+            if end > start
+                && let Some(index) = self.at_place(rng.random_range(start..end))
+            {
+                chosen.push((index, end - start));
+                start = end;
+            }
+        }
+        chosen.sort_unstable();
+        let indices: Vec<usize> = chosen.iter().map(|(index, _)| *index).collect();
+        let mut part = self.samples.at(&indices);
+        for (weight, (_, stands_for)) in part.weights.iter_mut().zip(&chosen) {
+            *weight *= count(*stands_for);
+        }
+        part
+    }
+
+    /// The sample at a place of the order.
+    fn at_place(&self, place: usize) -> Option<usize> {
+        match &self.samples.directions {
+            // Cells are numbered by theta_h to begin with.
+            Directions::Grid { .. } => Some(place),
+            Directions::Scattered(pairs) => {
+                let order = self.order.get_or_init(|| by_half_angle(pairs));
+                order.get(place).and_then(|index| usize::try_from(*index).ok())
+            }
+        }
+    }
+}
+
+/// The indices of pairs of directions, by the half vector's angle to the normal and then by their own order.
+fn by_half_angle(pairs: &[Pair]) -> Vec<u32> {
+    // Four thousand million pairs would take 200 GB.
+    let numbered = pairs.par_iter().zip(0..u32::MAX);
+    let mut order: Vec<(f64, u32)> =
+        numbered.map(|(pair, index)| (pair.geometry().sin2_h(), index)).collect();
+    // No two are equal, so that the result does not depend on the threads.
+    order.par_sort_unstable_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
+    order.par_iter().map(|(_, index)| *index).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measurement::Weighting;
+    use crate::synthetic::scattered_directions;
+    use std::collections::BTreeMap;
+
+    /// Scattered samples that can be told apart by their values, and a second lot in the same directions.
+    fn samples() -> Samples {
+        let mut pairs = scattered_directions(3000, 80.0, 1);
+        pairs.extend_from_within(..);
+        let values = (0..pairs.len()).map(count).collect();
+        Samples {
+            values: vec![values],
+            sigma: None,
+            weights: vec![1.0; pairs.len()],
+            directions: Directions::Scattered(pairs),
+            weighting: Weighting::Uniform,
+            dropped: BTreeMap::new(),
+        }
+    }
+
+    #[test]
+    fn pairs_in_the_same_directions_keep_their_order() {
+        let samples = samples();
+        let Directions::Scattered(pairs) = &samples.directions else { panic!("scattered") };
+        let order = by_half_angle(pairs);
+        let mut stable: Vec<u32> = (0..6000).collect();
+        let sine = |i: &u32| pairs[*i as usize].geometry().sin2_h();
+        stable.sort_by(|a, b| sine(a).total_cmp(&sine(b)));
+        assert_eq!(order, stable);
+        assert!(order.chunks(2).all(|twins| twins[1] == twins[0] + 3000));
+    }
+
+    #[test]
+    fn a_part_stands_for_all_and_does_not_depend_on_earlier_draws() {
+        let samples = samples();
+        let draws = Draws::new(&samples);
+        for wanted in [100, 700] {
+            let part = draws.part(wanted, 5);
+            assert!(part.len() <= wanted && part.len() > wanted / 2, "{}", part.len());
+            assert_eq!(part.weights.iter().sum::<f64>(), 6000.0);
+            assert_eq!(part.values, Draws::new(&samples).part(wanted, 5).values);
+            assert!(part.values[0].is_sorted());
+        }
+        assert_eq!(draws.part(6000, 5).values, samples.values);
+    }
+}
