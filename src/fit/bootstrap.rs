@@ -6,6 +6,7 @@
 //! the fit is repeated from the optimum on what was drawn, and the spread of the repeated fits is the error
 //! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
 
+use super::block_matrix::BlockMatrix;
 use super::levenberg_marquardt::minimise;
 use super::loss::Objective;
 use super::parameters::ParameterTable;
@@ -221,13 +222,17 @@ impl Resampled {
 
     /// What the formula says of which parameters are determined, with the covariance of the repeated fits.
     pub(super) fn covariance(&self, formula: Covariance) -> Covariance {
-        let columns: Vec<&[f64]> = formula.rows.iter().filter_map(|row| self.of(*row)).collect();
-        let entry = |i: usize, j: usize| match (columns.get(i), columns.get(j)) {
-            (Some(a), Some(b)) => covariance(a, b),
-            _ => f64::NAN,
+        let fits = self.replicates;
+        // Differences from the mean, such that their products are unbiased covariances.
+        let of_row = |row: &usize| {
+            let values = self.of(*row).unwrap_or_default();
+            let mean = mean(values);
+            let unit = (count(fits) - 1.0).sqrt();
+            DVector::from_fn(fits, |k, _| values.get(k).map_or(f64::NAN, |value| (value - mean) / unit))
         };
-        let n = formula.rows.len();
-        Covariance { method: Method::BlockBootstrap, matrix: DMatrix::from_fn(n, n, entry), ..formula }
+        let columns: Vec<DVector<f64>> = formula.rows.iter().map(of_row).collect();
+        let entries = BlockMatrix::products(DMatrix::from_columns(&columns));
+        Covariance { method: Method::BlockBootstrap, entries, ..formula }
     }
 }
 

@@ -4,7 +4,7 @@
 //! the normal equations, which would halve the digits. Bounds are an active set: parameters that would leave are
 //! held at their bound, and let go once the model wants them back.
 
-use super::least_squares::{Linearisation, Rows, held};
+use super::least_squares::{Linearisation, held};
 use nalgebra::{DMatrix, DVector};
 
 /// Below this damping makes no difference, but keeps a rank-deficient model solvable.
@@ -154,25 +154,11 @@ fn damped_solution(
     let mut held = p.clone();
     held.iter_mut().zip(free).filter(|(_, free)| **free).for_each(|(value, _)| *value = 0.0);
 
-    let mut uses = vec![0_usize; n];
-    for column in model.blocks.iter().flat_map(|rows| &rows.columns) {
-        uses.get_mut(*column).into_iter().for_each(|count| *count += 1);
-    }
+    let uses = model.uses(n);
     let is_own = |j: &usize| uses.get(*j) == Some(&1);
     // Free parameters that no row knows stay where they are: damping alone acts on them.
     let shared: Vec<usize> =
         (0..n).filter(|j| is_free(j) && uses.get(*j).is_some_and(|count| *count > 1)).collect();
-
-    // Scaled columns of a block: the solution does not depend on the parameters' units.
-    let columns_of = |rows: &Rows, wanted: &[usize]| {
-        let positions: Vec<usize> =
-            wanted.iter().filter_map(|j| rows.columns.iter().position(|column| column == j)).collect();
-        let mut matrix = rows.jacobian.select_columns(&positions);
-        for (mut column, j) in matrix.column_iter_mut().zip(wanted) {
-            column /= unit(j);
-        }
-        matrix
-    };
 
     let mut eliminated: Vec<Eliminated> = Vec::with_capacity(model.blocks.len());
     let mut remainders: Vec<(DMatrix<f64>, Vec<usize>)> = Vec::with_capacity(model.blocks.len());
@@ -182,14 +168,15 @@ fn damped_solution(
         };
         let (own, others) = (pick(true), pick(false));
         let (height, width) = (rows.jacobian.nrows(), own.len());
-        // Right-hand side and shared columns, with zeros beside the damping of the own parameters.
+        // Right-hand side and shared columns, with zeros beside the damping of the own parameters. Columns are
+        // scaled: the solution does not depend on the parameters' units.
         let mut coupling = DMatrix::zeros(height + width, 1 + others.len());
         let fixed = rows.columns.iter().map(|j| held.get(*j).copied().unwrap_or(0.0));
         let fixed = DVector::from_iterator(rows.columns.len(), fixed);
         coupling.view_mut((0, 0), (height, 1)).copy_from(&-(&rows.jacobian * fixed + &rows.residual));
-        coupling.view_mut((0, 1), (height, others.len())).copy_from(&columns_of(rows, &others));
+        coupling.view_mut((0, 1), (height, others.len())).copy_from(&rows.scaled(&others, scale));
         let mut stacked = DMatrix::zeros(height + width, width);
-        stacked.rows_mut(0, height).copy_from(&columns_of(rows, &own));
+        stacked.rows_mut(0, height).copy_from(&rows.scaled(&own, scale));
         stacked.rows_mut(height, width).fill_diagonal(damping);
         let qr = stacked.qr();
         qr.q_tr_mul(&mut coupling);

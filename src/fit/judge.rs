@@ -1,5 +1,6 @@
 //! Everything that follows from the parameters found: errors, covariance, criteria, warnings.
 
+use super::arrow::Arrow;
 use super::bootstrap::Resampled;
 use super::errors::{ErrorTable, score};
 use super::least_squares::{LeastSquares, Linearisation};
@@ -63,12 +64,16 @@ impl Task<'_> {
         // A loss other than squares is no likelihood of the given standard deviations.
         let absolute = samples.weighting == Weighting::Sigma && !robust;
         let typical = (solution.cost / freedom).sqrt();
-        let scatter = (!absolute).then_some(|root: &_| problem.scatter(&solution.x, root, typical));
-        let jacobian = solution.linearisation.matrix(free);
+        let scatter = (!absolute).then_some(|inverse: &Arrow| {
+            problem.scatter(&solution.x, |columns| inverse.root(columns), typical)
+        });
         // Where a fit was cut short there is no minimum to have errors.
         let at_minimum = solution.termination.converged();
-        let mut covariance =
-            if at_minimum { Covariance::new(&table, &jacobian, scatter, freedom) } else { None };
+        let mut covariance = if at_minimum {
+            Covariance::new(&table, &solution.linearisation, scatter, freedom)
+        } else {
+            None
+        };
         if robust && let Some(covariance) = &mut covariance {
             covariance.discard(self.discarded(&table, &solution));
         }

@@ -23,6 +23,16 @@ impl Rows {
         )
     }
 
+    /// The columns of the parameters `wanted`, each divided by its parameter's entry in `units`.
+    pub(super) fn scaled(&self, wanted: &[usize], units: &DVector<f64>) -> DMatrix<f64> {
+        let place = |j: &usize| self.columns.iter().position(|column| column == j);
+        let mut matrix = self.jacobian.select_columns(&wanted.iter().filter_map(place).collect::<Vec<_>>());
+        for (mut column, j) in matrix.column_iter_mut().zip(wanted) {
+            column /= units.get(*j).copied().unwrap_or(1.0);
+        }
+        matrix
+    }
+
     /// Adds entries that belong to these columns to a vector over all parameters.
     fn scatter(&self, entries: &DVector<f64>, sum: &mut DVector<f64>) {
         for (column, entry) in self.columns.iter().zip(entries.iter()) {
@@ -95,6 +105,15 @@ impl Linearisation {
             .filter(|(((g, _), x), bounds)| !held(**bounds, **x, **g))
             .map(|(((g, length), _), _)| if *length > 0.0 { g.abs() / length } else { 0.0 })
             .fold(0.0, f64::max)
+    }
+
+    /// How many blocks know each of `n` parameters. What only one knows can be eliminated there.
+    pub(super) fn uses(&self, n: usize) -> Vec<usize> {
+        let mut uses = vec![0_usize; n];
+        for column in self.blocks.iter().flat_map(|rows| &rows.columns) {
+            uses.get_mut(*column).into_iter().for_each(|count| *count += 1);
+        }
+        uses
     }
 
     /// Length of the Jacobian's column of each of `n` parameters.

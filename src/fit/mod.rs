@@ -1,6 +1,8 @@
 //! Fitting: the least-squares problem, its solver, where it starts, and what can be trusted.
 
 mod absent;
+mod arrow;
+mod block_matrix;
 mod bootstrap;
 mod bounded_step;
 mod coarse;
@@ -9,6 +11,7 @@ mod errors;
 mod hold_out;
 mod judge;
 mod kernels;
+mod lanczos;
 mod least_squares;
 mod levenberg_marquardt;
 mod loss;
@@ -19,6 +22,7 @@ mod problem;
 mod run;
 mod search;
 mod solvers;
+mod svd;
 mod termination;
 mod triangle;
 mod uncertainty;

@@ -125,23 +125,24 @@ impl<'a> ReflectanceProblem<'a> {
         self.observed.residuals()
     }
 
-    /// Rows whose products make up sum J_s J_s^T e_s^2 at `x`, the middle of the sandwich covariance; e_s is
-    /// the residual that its sample would have in a fit without it. `root` has a row per parameter and
-    /// root root^T = (J^T J)^-1; `typical` is the root mean square of the residuals.
+    /// Rows whose products make up sum J_s J_s^T e_s^2 at `x`, the middle of the sandwich covariance, in the
+    /// blocks of the linear model; e_s is the residual that its sample would have in a fit without it. `root`
+    /// yields, for the parameters of a channel, a row each of a matrix whose product with its transpose is their
+    /// part of (J^T J)^-1; `typical` is the root mean square of the residuals.
     #[must_use]
-    pub fn scatter(&self, x: &DVector<f64>, root: &DMatrix<f64>, typical: f64) -> DMatrix<f64> {
-        // A channel's own parameters need no more than their part of the inverse, as a triangle.
+    pub fn scatter(
+        &self,
+        x: &DVector<f64>,
+        root: impl Fn(&[usize]) -> Vec<Vec<f64>>,
+        typical: f64,
+    ) -> Linearisation {
         let of_channel = |layout: &Layout| {
-            let part = layout.columns.iter().map(|column| match root.row_iter().nth(*column) {
-                Some(row) => row.iter().copied().collect(),
-                None => vec![0.0; root.ncols()],
-            });
             let mut triangle = Triangle::new(layout.columns.len());
-            triangle.append(&mut part.collect::<Vec<Vec<f64>>>());
+            triangle.append(&mut root(&layout.columns));
             triangle
         };
         let roots: Vec<Triangle> = self.layouts.iter().map(of_channel).collect();
-        self.pass(x, Pass::Scatter { roots: &roots, typical }).matrix(x.len())
+        self.pass(x, Pass::Scatter { roots: &roots, typical })
     }
 
     /// The robust standard deviation of the residuals at `x`, in the units of a loss's scale.

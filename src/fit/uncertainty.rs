@@ -12,7 +12,12 @@
 //!
 //! Both assume independent errors from sample to sample. Neighbouring cells of a measured table are not
 //! independent: read the errors as lower limits there.
+//!
+//! Matrices over all parameters are never formed: `arrow` takes the model apart channel by channel.
 
+use super::arrow::Arrow;
+use super::block_matrix::BlockMatrix;
+use super::least_squares::Linearisation;
 use super::parameters::{ParameterTable, Row};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -45,10 +50,10 @@ impl Method {
 pub struct Covariance {
     /// How it was found.
     pub method: Method,
-    /// Rows of the parameter table, in order.
+    /// Rows of the parameter table, ascending.
     pub rows: Vec<usize>,
     /// In the parameters' own units.
-    pub matrix: DMatrix<f64>,
+    pub(super) entries: BlockMatrix,
     /// Rows that the data do not determine: no standard error means anything for them.
     pub undetermined: Vec<usize>,
     /// Ratio of the largest to the smallest singular value of J with columns of unit length.
@@ -64,15 +69,9 @@ pub struct Covariance {
     pub(super) unbounded: Unbounded,
 }
 
-/// Far more than the decomposition of a finite matrix takes.
-const SVD_ITERATIONS: usize = 10_000;
-
-/// Below this share of the largest singular value a direction is not determined by double precision.
-const RANK_TOLERANCE: f64 = 1e-11;
-
 /// A parameter with so large a part in a direction of unit length belongs to the combination.
 const IN_COMBINATION: f64 = 0.3;
-/// The same for a direction that is not determined.
+/// A direction of unit length with so large a part among those that are not determined is not determined itself.
 const IN_NULL_DIRECTION: f64 = 0.05;
 /// A variance that holding others at their bounds makes so many times smaller says little.
 const INFLATION: f64 = 5.0;
@@ -99,172 +98,114 @@ pub(super) fn left_out(r: f64, h: f64, typical: f64) -> f64 {
     if rest > LEAST { r / rest } else { (r.abs() / LEAST).max(typical / LEAST.sqrt()) }
 }
 
-/// The linear model in some of the parameters, its columns scaled to unit length, taken apart.
-struct Decomposed {
-    /// Columns of the Jacobian.
-    columns: Vec<usize>,
-    /// Rows of the parameter table.
+/// The linear model in some of the parameters, and what it knows of them.
+struct Known {
+    /// Rows of the parameter table, ascending.
     rows: Vec<usize>,
-    /// Lengths of the columns.
-    lengths: DVector<f64>,
-    /// V S^-1 over the determined directions, so that its product with its transpose is H^-1.
-    half_inverse: DMatrix<f64>,
-    /// Unit vectors along the directions that are not determined.
-    null: Vec<DVector<f64>>,
-    /// Rows that take part in those.
-    undetermined: Vec<usize>,
-    /// Rows that take part in the direction known worst.
-    weakest: Vec<usize>,
-    condition: f64,
+    arrow: Arrow,
+    /// H^-1, in scaled coordinates.
+    inverse: BlockMatrix,
+    /// The projection to the directions that are not determined.
+    unknown: BlockMatrix,
+    /// The parameters' own units per unit of their scaled coordinates.
+    units: DVector<f64>,
 }
 
-impl Decomposed {
-    /// Of `selected` columns of the Jacobian, each with its row of the parameter table.
-    fn new(jacobian: &DMatrix<f64>, selected: &[(usize, usize)]) -> Option<Self> {
-        let columns: Vec<usize> = selected.iter().map(|(column, _)| *column).collect();
-        let rows: Vec<usize> = selected.iter().map(|(_, row)| *row).collect();
-        let length = |column: &usize| match jacobian.column(*column).norm() {
-            length if length > 0.0 => length,
-            _ => 1.0,
-        };
-        let lengths = DVector::from_iterator(columns.len(), columns.iter().map(length));
-        let design = select_scaled(jacobian, &columns, &lengths);
-        // Values close to the largest double overflow on the way; there is no covariance to be had then.
-        if !is_finite(&design) {
-            return None;
-        }
-        let svd = design.try_svd(false, true, f64::EPSILON, SVD_ITERATIONS)?;
-        let v_t = svd.v_t?;
-        let largest = svd.singular_values.max();
-        let smallest = if jacobian.nrows() < columns.len() { 0.0 } else { svd.singular_values.min() };
-        let mut half_inverse = v_t.transpose();
-        let mut null = Vec::new();
-        for (k, s) in svd.singular_values.iter().enumerate() {
-            if *s > RANK_TOLERANCE * largest {
-                half_inverse.column_mut(k).scale_mut(1.0 / s);
-            } else {
-                null.push(half_inverse.column(k).into_owned());
-                half_inverse.column_mut(k).fill(0.0);
-            }
-        }
-        let involved = |direction: &DVector<f64>, least: f64| -> Vec<usize> {
-            let entries = direction.iter().zip(&rows).filter(|(entry, _)| entry.abs() > least);
-            entries.map(|(_, row)| *row).collect()
-        };
-        let mut undetermined: Vec<usize> = Vec::new();
-        for row in null.iter().flat_map(|direction| involved(direction, IN_NULL_DIRECTION)) {
-            if !undetermined.contains(&row) {
-                undetermined.push(row);
-            }
-        }
-        let direction = v_t.row(svd.singular_values.imin()).transpose();
-        let weakest = involved(&direction, IN_COMBINATION);
-        let condition = largest / smallest;
-        Some(Self { columns, rows, lengths, half_inverse, null, undetermined, weakest, condition })
-    }
-
-    /// A root of H^-1 with a row for each of `n` free parameters; what is held has no part in it.
-    fn root(&self, n: usize) -> DMatrix<f64> {
-        let mut root = DMatrix::zeros(n, self.half_inverse.ncols());
-        let rows = self.columns.iter().zip(self.lengths.iter()).zip(self.half_inverse.row_iter());
-        for ((column, length), row) in rows {
-            root.row_mut(*column).copy_from(&(row / *length));
-        }
-        root
-    }
-
-    /// The parameters' own units per unit of their scaled coordinates.
-    fn units(&self, table: &ParameterTable) -> DVector<f64> {
+impl Known {
+    /// Of `selected` columns of the Jacobian of `n` parameters, each with its row of the parameter table.
+    fn new(
+        table: &ParameterTable,
+        model: &Linearisation,
+        n: usize,
+        selected: &[(usize, usize)],
+    ) -> Option<Self> {
+        let (columns, rows): (Vec<usize>, Vec<usize>) = selected.iter().copied().unzip();
+        let arrow = Arrow::new(model, n, columns)?;
         let unit = |(row, length): (&usize, &f64)| table.rows().get(*row).map_or(0.0, Row::stretch) / length;
-        DVector::from_iterator(self.rows.len(), self.rows.iter().zip(self.lengths.iter()).map(unit))
+        let units = DVector::from_iterator(rows.len(), rows.iter().zip(arrow.lengths.iter()).map(unit));
+        Some(Self { inverse: arrow.inverse(), unknown: arrow.unknown(), rows, arrow, units })
+    }
+
+    /// Rows of parameters that the data do not determine.
+    fn undetermined(&self) -> Vec<usize> {
+        let lost = |i: usize| self.unknown.square(&[(i, 1.0)]).sqrt() > IN_NULL_DIRECTION;
+        self.rows.iter().enumerate().filter(|(i, _)| lost(*i)).map(|(_, row)| *row).collect()
+    }
+
+    /// Rows that take part in the direction known worst.
+    fn weakest(&self) -> Vec<usize> {
+        let entries = self.arrow.weakest.iter().zip(&self.rows);
+        entries.filter(|(entry, _)| entry.abs() > IN_COMBINATION).map(|(_, row)| *row).collect()
     }
 
     /// H^-1, or the sandwich around `scatter`, in the parameters' own units.
-    fn covariance(&self, table: &ParameterTable, scatter: Option<&DMatrix<f64>>) -> DMatrix<f64> {
-        let inverse = &self.half_inverse * self.half_inverse.transpose();
-        let mut matrix = match scatter {
-            None => inverse,
-            Some(scatter) => {
-                let spread = select_scaled(scatter, &self.columns, &self.lengths) * inverse;
-                spread.tr_mul(&spread)
-            }
-        };
-        let units = self.units(table);
-        matrix.component_mul_assign(&(&units * units.transpose()));
-        matrix
+    fn covariance(&self, scatter: Option<&Linearisation>) -> BlockMatrix {
+        let scaled = scatter.map_or_else(|| self.inverse.clone(), |scatter| self.arrow.sandwich(scatter));
+        scaled.in_units(&self.units)
     }
-}
-
-fn select_scaled(matrix: &DMatrix<f64>, columns: &[usize], lengths: &DVector<f64>) -> DMatrix<f64> {
-    let mut selected = matrix.select_columns(columns);
-    for (mut column, length) in selected.column_iter_mut().zip(lengths.iter()) {
-        column /= *length;
-    }
-    selected
-}
-
-fn is_finite(matrix: &DMatrix<f64>) -> bool {
-    matrix.iter().all(|v| v.is_finite())
 }
 
 /// The covariance of all free parameters, those at a bound too, as if there were no bounds.
 #[derive(Clone, Debug)]
 pub(super) struct Unbounded {
     rows: Vec<usize>,
-    matrix: DMatrix<f64>,
-    /// Own units per unit of the coordinates that `null` is in.
+    entries: BlockMatrix,
+    /// Own units per unit of the coordinates that `unknown` is in.
     units: DVector<f64>,
-    /// Directions that are not determined.
-    null: Vec<DVector<f64>>,
+    /// The projection to the directions that are not determined.
+    unknown: BlockMatrix,
 }
 
 impl Covariance {
-    /// The covariance from the Jacobian and, for the sandwich, the scatter rows; both have one column per
-    /// free parameter of `table`. `scatter` makes the latter from a root of H^-1 with a row per parameter.
-    /// None if no parameter is left or there are no degrees of freedom.
+    /// The covariance from the linear model and, for the sandwich, the scatter rows, which come in the same blocks.
+    /// `scatter` makes the latter from the model taken apart. None if no parameter is left or there are no degrees of
+    /// freedom.
     pub(super) fn new(
         table: &ParameterTable,
-        jacobian: &DMatrix<f64>,
-        scatter: Option<impl FnOnce(&DMatrix<f64>) -> DMatrix<f64>>,
+        model: &Linearisation,
+        scatter: Option<impl FnOnce(&Arrow) -> Linearisation>,
         dof: f64,
     ) -> Option<Self> {
         let all: Vec<(usize, usize)> = table.free().iter().copied().enumerate().collect();
+        let n = all.len();
         let at_bound = |row: usize| table.rows().get(row).is_some_and(|r| r.at_lower() || r.at_upper());
         let inside: Vec<(usize, usize)> = all.iter().copied().filter(|(_, row)| !at_bound(*row)).collect();
         if inside.is_empty() || dof <= 0.0 {
             return None;
         }
-        let bounded = inside.len() < all.len();
-        let inside = Decomposed::new(jacobian, &inside)?;
+        let bounded = inside.len() < n;
+        let inside = Known::new(table, model, n, &inside)?;
         let method = if scatter.is_some() { Method::Sandwich } else { Method::Absolute };
-        let scatter = scatter.map(|scatter| scatter(&inside.root(jacobian.ncols())));
-        if !scatter.as_ref().is_none_or(is_finite) {
+        let scatter = scatter.map(|scatter| scatter(&inside.arrow));
+        if !scatter.as_ref().is_none_or(Linearisation::is_finite) {
             return None;
         }
-        let matrix = inside.covariance(table, scatter.as_ref());
-        let all = if bounded { Decomposed::new(jacobian, &all) } else { None };
+        let entries = inside.covariance(scatter.as_ref());
+        let all = if bounded { Known::new(table, model, n, &all) } else { None };
         let free = all.as_ref().unwrap_or(&inside);
         let unbounded = Unbounded {
             rows: free.rows.clone(),
-            matrix: free.covariance(table, scatter.as_ref()),
-            units: free.units(table),
-            null: free.null.clone(),
+            entries: free.covariance(scatter.as_ref()),
+            units: free.units.clone(),
+            unknown: free.unknown.clone(),
         };
         // An error beyond the whole range of its parameter says that the data know nothing of it.
-        let mut undetermined = inside.undetermined.clone();
+        let lost_inside = inside.undetermined();
+        let mut undetermined = lost_inside.clone();
         for (i, index) in inside.rows.iter().enumerate() {
             let Some(row) = table.rows().get(*index) else { continue };
-            let error = matrix.get((i, i)).map_or(f64::NAN, |variance| variance.sqrt()) / row.stretch();
-            if !(error <= row.width() || undetermined.contains(index)) {
+            let error = entries.entry(i, i).map_or(f64::NAN, f64::sqrt) / row.stretch();
+            if !(error <= row.width() || lost_inside.contains(index)) {
                 undetermined.push(*index);
             }
         }
         // Errors that would be far larger if what is at a bound could move, whatever the noise.
-        let (held, moving) = (inside.covariance(table, None), free.covariance(table, None));
+        let (held, moving) = (inside.covariance(None), free.covariance(None));
+        let lost_free = free.undetermined();
         let depends = |(i, row): (usize, &usize)| {
-            let j = free.rows.iter().position(|r| r == row)?;
-            let larger = *moving.get((j, j))? > INFLATION * *held.get((i, i))?;
-            let lost = free.undetermined.contains(row) && !inside.undetermined.contains(row);
+            let j = free.rows.binary_search(row).ok()?;
+            let larger = moving.entry(j, j)? > INFLATION * held.entry(i, i)?;
+            let lost = lost_free.contains(row) && !lost_inside.contains(row);
             (larger || lost).then_some(*row)
         };
         let dependent = inside.rows.iter().enumerate().filter_map(depends).collect();
@@ -272,16 +213,22 @@ impl Covariance {
         let quantile = half_interval(if method == Method::Absolute { f64::INFINITY } else { dof });
         Some(Self {
             method,
-            matrix,
+            entries,
             dependent,
             discarded: Vec::new(),
-            condition: inside.condition,
+            condition: inside.arrow.condition,
             quantile,
             unbounded,
+            weakest: inside.weakest(),
             rows: inside.rows,
             undetermined,
-            weakest: inside.weakest,
         })
+    }
+
+    /// All entries, row by row of `rows`.
+    #[must_use]
+    pub fn matrix(&self) -> DMatrix<f64> {
+        self.entries.dense()
     }
 
     /// Takes the errors of some rows back.
@@ -291,7 +238,7 @@ impl Covariance {
 
     fn position(&self, row: usize) -> Option<usize> {
         let no_error = [&self.undetermined, &self.dependent, &self.discarded];
-        self.rows.iter().position(|r| *r == row).filter(|_| !no_error.iter().any(|rows| rows.contains(&row)))
+        self.rows.binary_search(&row).ok().filter(|_| !no_error.iter().any(|rows| rows.contains(&row)))
     }
 
     /// Standard error of the parameter in a row of the table; none at a bound, held, undetermined, dependent
@@ -299,13 +246,13 @@ impl Covariance {
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;
-        self.matrix.get((i, i)).map(|variance| variance.sqrt()).filter(|e| e.is_finite() && *e > 0.0)
+        self.entries.entry(i, i).map(f64::sqrt).filter(|e| e.is_finite() && *e > 0.0)
     }
 
     /// Covariance of the parameters in two rows.
     #[must_use]
     pub fn between(&self, a: usize, b: usize) -> Option<f64> {
-        self.matrix.get((self.position(a)?, self.position(b)?)).copied()
+        self.entries.entry(self.position(a)?, self.position(b)?)
     }
 
     /// Correlation of the parameters in two rows, -1..1.
@@ -318,26 +265,47 @@ impl Covariance {
         (scale > 0.0).then(|| self.between(a, b).map(|c| (c / scale).clamp(-1.0, 1.0))).flatten()
     }
 
+    /// The pairs of rows whose correlation exceeds `least` in size, in order.
+    pub(super) fn correlated_pairs(&self, least: f64) -> Vec<(f64, usize, usize)> {
+        let known = |(i, row): (usize, &usize)| Some((i, *row, self.std_error(*row)?));
+        let known: Vec<(usize, usize, f64)> = self.rows.iter().enumerate().filter_map(known).collect();
+        let mut pairs = Vec::new();
+        for (k, (i, a, error_a)) in known.iter().enumerate() {
+            for (j, b, error_b) in known.iter().skip(k + 1) {
+                let Some(entry) = self.entries.entry(*i, *j) else { continue };
+                let correlation = (entry / (error_a * error_b)).clamp(-1.0, 1.0);
+                if correlation.abs() > least {
+                    pairs.push((correlation, *a, *b));
+                }
+            }
+        }
+        pairs
+    }
+
     /// Standard error of a sum of parameters, each given by its row and its weight.
     ///
     /// The sum may be determined where its terms are not, and where one of them is at a bound, which is
     /// left out of account. None if it is not determined itself, or none of the rows is free.
     #[must_use]
     pub fn combined_error(&self, terms: &[(usize, f64)]) -> Option<f64> {
-        let Unbounded { rows, matrix, units, null } = &self.unbounded;
+        let Unbounded { rows, entries, units, unknown } = &self.unbounded;
         if terms.iter().any(|(row, _)| self.discarded.contains(row)) {
             return None;
         }
-        let weight = |row: &usize| terms.iter().filter(|(r, _)| r == row).map(|(_, weight)| weight).sum();
-        let weights = DVector::from_iterator(rows.len(), rows.iter().map(weight));
-        let direction = weights.component_mul(units);
-        let length = direction.norm();
-        let lost = |unknown: &DVector<f64>| direction.dot(unknown).abs() > IN_NULL_DIRECTION * length;
-        if length == 0.0 || null.iter().any(lost) {
+        let place = |(row, weight): &(usize, f64)| Some((rows.binary_search(row).ok()?, *weight));
+        let weights: Vec<(usize, f64)> = terms.iter().filter_map(place).collect();
+        let scaled = |(i, weight): &(usize, f64)| (*i, weight * units.get(*i).copied().unwrap_or(0.0));
+        let direction: Vec<(usize, f64)> = weights.iter().map(scaled).collect();
+        // A row may occur twice.
+        let along = |(i, x): &(usize, f64)| -> f64 {
+            x * direction.iter().filter(|(j, _)| j == i).map(|(_, y)| y).sum::<f64>()
+        };
+        let length = direction.iter().map(along).sum::<f64>().sqrt();
+        let lost = unknown.square(&direction).max(0.0).sqrt();
+        if length == 0.0 || lost > IN_NULL_DIRECTION * length {
             return None;
         }
-        let variance = weights.dot(&(matrix * &weights));
-        Some(variance.max(0.0).sqrt()).filter(|error| error.is_finite() && *error > 0.0)
+        Some(entries.square(&weights).max(0.0).sqrt()).filter(|error| error.is_finite() && *error > 0.0)
     }
 }
 

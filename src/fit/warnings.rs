@@ -229,21 +229,18 @@ fn correlated(fit: &Fit) -> Vec<Warning> {
     };
     let mut strongest: Option<(f64, usize, usize)> = None;
     let mut with_base: Option<(f64, usize, usize)> = None;
-    for (i, &a) in covariance.rows.iter().enumerate() {
-        for &b in covariance.rows.iter().skip(i + 1) {
-            let Some(c) = covariance.correlation(a, b) else { continue };
-            // Base and lobe, in this order.
-            let pair = if is_base(a) { (a, b) } else { (b, a) };
-            let (group, limit) = if in_product(a, b) {
-                continue;
-            } else if is_base(pair.0) && !is_base(pair.1) && is_amplitude(pair.0) {
-                (&mut with_base, STRONG_WITH_BASE)
-            } else {
-                (&mut strongest, STRONG_CORRELATION)
-            };
-            if c.abs() > limit && group.is_none_or(|(s, ..)| c.abs() > s.abs()) {
-                *group = Some((c, pair.0, pair.1));
-            }
+    for (c, a, b) in covariance.correlated_pairs(STRONG_WITH_BASE.min(STRONG_CORRELATION)) {
+        // Base and lobe, in this order.
+        let pair = if is_base(a) { (a, b) } else { (b, a) };
+        let (group, limit) = if in_product(a, b) {
+            continue;
+        } else if is_base(pair.0) && !is_base(pair.1) && is_amplitude(pair.0) {
+            (&mut with_base, STRONG_WITH_BASE)
+        } else {
+            (&mut strongest, STRONG_CORRELATION)
+        };
+        if c.abs() > limit && group.is_none_or(|(s, ..)| c.abs() > s.abs()) {
+            *group = Some((c, pair.0, pair.1));
         }
     }
     let mut warnings = Vec::new();

@@ -1,0 +1,116 @@
+//! The singular value decomposition of small matrices.
+//!
+//! That of nalgebra 0.35 multiplies out to something else now and then: of random matrices with two columns that are
+//! alike, one in four comes back off by more than rounding, up to its own size (nalgebra issue 1172). Which parameters
+//! the data do not determine hangs on such matrices.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Sweeps over all pairs of columns; ten are rarely needed.
+const SWEEPS: usize = 60;
+
+/// A matrix as the sum of its singular values times a left and a right vector each, as many as it has columns.
+pub(super) struct Svd {
+    /// The left vectors as columns, of unit length where the singular value is not 0.
+    pub(super) left: DMatrix<f64>,
+    pub(super) values: DVector<f64>,
+    /// The right vectors as columns.
+    pub(super) right: DMatrix<f64>,
+}
+
+impl Svd {
+    /// By Jacobi's method on pairs of columns (Hestenes 1958; Golub and Van Loan 2013, 8.6.3), which yields small
+    /// singular values as precisely as the columns determine them. The values are in no order. The work grows with
+    /// the square of the number of columns: a tall matrix is better reduced to a triangle first.
+    pub(super) fn new(matrix: DMatrix<f64>) -> Self {
+        let n = matrix.ncols();
+        let (mut left, mut right) = (matrix, DMatrix::identity(n, n));
+        for _ in 0..SWEEPS {
+            let mut turned = false;
+            for q in 1..n {
+                for p in 0..q {
+                    if let Some((cosine, sine)) = turn(&left, p, q) {
+                        rotate(&mut left, p, q, cosine, sine);
+                        rotate(&mut right, p, q, cosine, sine);
+                        turned = true;
+                    }
+                }
+            }
+            if !turned {
+                break;
+            }
+        }
+        let values = DVector::from_iterator(n, left.column_iter().map(|column| column.norm()));
+        for (mut column, value) in left.column_iter_mut().zip(values.iter()) {
+            if *value > 0.0 {
+                column /= *value;
+            }
+        }
+        Self { left, values, right }
+    }
+}
+
+/// Cosine and sine of the rotation that makes two columns orthogonal; none if they are, to rounding.
+fn turn(matrix: &DMatrix<f64>, p: usize, q: usize) -> Option<(f64, f64)> {
+    let (a, b) = (matrix.column(p), matrix.column(q));
+    let (a_a, b_b, a_b) = (a.norm_squared(), b.norm_squared(), a.dot(&b));
+    let oblique = a_b.abs() > f64::EPSILON * a_a.sqrt() * b_b.sqrt();
+    if !oblique {
+        return None;
+    }
+    // The smaller root of t^2 + 2 zeta t - 1 = 0, without cancellation.
+    let zeta = (b_b - a_a) / (2.0 * a_b);
+    let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+    let cosine = 1.0 / tangent.hypot(1.0);
+    Some((cosine, cosine * tangent))
+}
+
+/// (a, b) to (c a - s b, s a + c b).
+fn rotate(matrix: &mut DMatrix<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
+    let (a, b) = (matrix.column(p).into_owned(), matrix.column(q).into_owned());
+    matrix.set_column(p, &(&a * cosine - &b * sine));
+    matrix.set_column(q, &(a * sine + b * cosine));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    #[test]
+    fn multiplies_out() {
+        let mut rng = Pcg64Mcg::seed_from_u64(1);
+        for n in [0, 1, 2, 3, 4, 7, 20] {
+            // More rows than columns, as many, and fewer.
+            for height in [n + 3, n, n / 2] {
+                for defect in 0..4 {
+                    for _ in 0..50 {
+                        let mut matrix = DMatrix::from_fn(height, n, |_, _| rng.random_range(-1.0..1.0));
+                        let scale = 10_f64.powi(rng.random_range(-9..9));
+                        match defect {
+                            1 if n > 1 => matrix.set_column(n - 1, &(matrix.column(0) * 3.0)),
+                            2 if n > 0 => matrix.fill_column(n / 2, 0.0),
+                            3 if n > 2 => {
+                                matrix.set_column(1, &(matrix.column(2) - matrix.column(0) * scale))
+                            }
+                            _ => {}
+                        }
+                        let Svd { left, values, right } = Svd::new(matrix.clone());
+                        let size = matrix.norm().max(f64::MIN_POSITIVE);
+                        let product = &left * DMatrix::from_diagonal(&values) * right.transpose();
+                        assert!((product - &matrix).norm() < 1e-13 * size);
+                        assert!((right.tr_mul(&right) - DMatrix::identity(n, n)).norm() < 1e-13);
+                        let kept: Vec<usize> = (0..n).filter(|k| values[*k] > 1e-11 * size).collect();
+                        let basis = left.select_columns(&kept);
+                        let unit = DMatrix::identity(kept.len(), kept.len());
+                        assert!((basis.tr_mul(&basis) - unit).norm() < 1e-13);
+                        let lost =
+                            usize::from(defect == 1 && n > 1 || defect == 2 && n > 0 || defect == 3 && n > 2);
+                        assert_eq!(kept.len(), height.min(n - lost), "{height} by {n}, defect {defect}");
+                    }
+                }
+            }
+        }
+    }
+}
