@@ -3,7 +3,7 @@
 use crate::math::count;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// The residual of an eigenvector, relative to its eigenvalue; the eigenvalue's own error is of the order of its square.
+/// The residual of an eigenvector, relative to its eigenvalue; the error of the eigenvalue is of the order of its square.
 const TOLERANCE: f64 = 1e-9;
 /// Steps at most. Where the largest eigenvalues lie closer than so many steps tell apart, the one found is off by less
 /// than the distance between them.
