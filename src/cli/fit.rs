@@ -109,12 +109,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         expressions: &expressions,
         options: &options,
         outputs: &outputs,
-        pool: &pool,
         bar: Arc::new(Bar::new(fits, arguments.report.quiet())),
     };
     let done = reading.in_place_scope(|scope| {
         let measurements = read_ahead(scope, &arguments.read, &arguments.inputs);
-        run.every_input(&measurements)
+        // One thread of the pool lets go of one fit's memory and takes the next one's: an allocator with memory for
+        // each thread, as glibc's, would keep some for every thread that ever did.
+        pool.install(|| run.every_input(measurements))
     });
     run.bar.finish();
     let Done { reports, failed, usable } = done?;
@@ -190,7 +191,6 @@ struct Run<'a> {
     expressions: &'a [Expression],
     options: &'a Options,
     outputs: &'a Outputs,
-    pool: &'a ThreadPool,
     bar: Arc<Bar>,
 }
 
@@ -218,7 +218,7 @@ impl Run<'_> {
 
     /// Fits every expression to every input, and goes on after one that fails. The first is fitted in any
     /// case, as well as can be in the time.
-    fn every_input(&self, measurements: &Receiver<Result<Input, Error>>) -> Result<Done, Error> {
+    fn every_input(&self, measurements: Receiver<Result<Input, Error>>) -> Result<Done, Error> {
         let mut done = Done { usable: true, ..Done::default() };
         let inputs = &self.arguments.inputs;
         let failure =
@@ -235,7 +235,7 @@ impl Run<'_> {
             self.bar.begin(path);
             // The reader sends as many as there are inputs.
             let Ok(input) = measurements.recv() else { break };
-            match input.and_then(|input| self.pool.install(|| self.one_input(&input))) {
+            match input.and_then(|input| self.one_input(&input)) {
                 Ok(reports) => {
                     done.usable &= reports.iter().all(|report| report.termination.usable);
                     self.bar.aside(|| self.show(&reports, done.reports.is_empty()))?;

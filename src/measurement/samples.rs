@@ -116,22 +116,21 @@ impl Samples {
             )));
         }
 
+        // All threads fill the rows, but one makes them: an allocator with memory for each thread, as glibc's,
+        // would otherwise keep some of it for every thread that ever made a large vector.
         let gather = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-            rows.par_iter().map(|row| kept(row, &keep, left)).collect()
+            let mut gathered: Vec<Vec<f64>> = rows.iter().map(|_| Vec::with_capacity(left)).collect();
+            gathered.par_iter_mut().zip(rows).for_each(|(to, row)| add_kept(row, &keep, to));
+            gathered
         };
-        let ((values, sigma), (directions, weights)) = rayon::join(
-            || (gather(&measurement.values), sigma.map(gather)),
-            || {
-                let directions = match &measurement.directions {
-                    Directions::Scattered(pairs) => Directions::Scattered(kept(pairs, &keep, left)),
-                    Directions::Grid { grid, cells } => {
-                        Directions::Grid { grid: Arc::clone(grid), cells: kept(cells, &keep, left) }
-                    }
-                };
-                let weights = weights(&directions, weighting);
-                (directions, weights)
-            },
-        );
+        let directions = match &measurement.directions {
+            Directions::Scattered(pairs) => Directions::Scattered(kept(pairs, &keep, left)),
+            Directions::Grid { grid, cells } => {
+                Directions::Grid { grid: Arc::clone(grid), cells: kept(cells, &keep, left) }
+            }
+        };
+        let (values, sigma) = (gather(&measurement.values), sigma.map(gather));
+        let weights = weights(&directions, weighting);
         Ok(Self { values, directions, sigma, weights, weighting, dropped })
     }
 
@@ -165,8 +164,13 @@ impl Samples {
 /// The elements that `keep` says yes to, `many` of them.
 fn kept<T: Copy>(from: &[T], keep: &[bool], many: usize) -> Vec<T> {
     let mut kept = Vec::with_capacity(many);
-    kept.extend(from.iter().zip(keep).filter(|(_, keep)| **keep).map(|(element, _)| *element));
+    add_kept(from, keep, &mut kept);
     kept
+}
+
+/// Adds the elements that `keep` says yes to, for which there is room.
+fn add_kept<T: Copy>(from: &[T], keep: &[bool], to: &mut Vec<T>) {
+    to.extend(from.iter().zip(keep).filter(|(_, keep)| **keep).map(|(element, _)| *element));
 }
 
 /// The weights of samples beside any from `sigma`: 1 on average.

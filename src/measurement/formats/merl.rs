@@ -118,10 +118,12 @@ struct Table<'g> {
 impl<'g> Table<'g> {
     fn new(above: &'g [bool]) -> Self {
         let verdict = |above: &bool| if *above { Verdict::Usable } else { Verdict::BelowHorizon };
+        // Exactly as many as there will be: what is given back later leaves gaps that the next table does not fit in.
+        let many = above.iter().filter(|above| **above).count();
         Self {
             above,
             verdicts: above.iter().map(verdict).collect(),
-            values: SCALES.map(|_| Vec::with_capacity(above.len())).into(),
+            values: SCALES.map(|_| Vec::with_capacity(many)).into(),
             taken: 0,
         }
     }
@@ -158,7 +160,8 @@ impl<'g> Table<'g> {
     fn finish(self) -> (Vec<u32>, Vec<Vec<f64>>, BTreeMap<&'static str, usize>) {
         let Self { above, verdicts, mut values, .. } = self;
         let (mut below_horizon, mut not_finite, mut not_measured) = (0, 0, 0);
-        let mut cells = Vec::with_capacity(above.len());
+        let usable = verdicts.iter().filter(|verdict| **verdict == Verdict::Usable).count();
+        let mut cells = Vec::with_capacity(usable);
         for (first, verdicts) in (0_u32..).step_by(ROW).zip(verdicts.chunks(ROW)) {
             let row = (first..).zip(verdicts);
             if verdicts.iter().all(|verdict| *verdict == Verdict::Usable) {
@@ -174,7 +177,6 @@ impl<'g> Table<'g> {
                 }
             }
         }
-        cells.shrink_to_fit();
         let dropped =
             [("below-horizon", below_horizon), ("not-finite", not_finite), ("not-measured", not_measured)];
         values.par_iter_mut().for_each(|plane| {
