@@ -14,14 +14,14 @@ use super::Values;
 use crate::geometry::{BLOCK, Block, Geometry, Row};
 use crate::math::{Dual, Scalar};
 use pulp::{Arch, Simd, WithSimd};
-use std::any::Any;
+use std::any::{Any, TypeId};
 use std::fmt;
 
 /// One factor of the basis functions of a lobe.
 ///
 /// Both functions, and whatever they call for each sample, must be `#[inline(always)]` and choose by
 /// [`Scalar::if_less`]: a call or a branch would keep the loop over a block from being packed.
-pub trait Part {
+pub trait Part: 'static {
     /// How many shapes it takes.
     const SHAPES: usize;
     /// How many functions it has: one per basis function of the lobe, or one that multiplies them all.
@@ -61,8 +61,12 @@ pub struct BasisBlock {
 /// One part on a block.
 #[derive(Clone, Debug, Default)]
 struct PartBlock {
-    /// The shapes that it was evaluated for; none if it was not, or on another block.
-    shapes: Option<Vec<f64>>,
+    /// Which part it is.
+    part: Option<TypeId>,
+    /// Whether it was evaluated on this block, for which shapes, and whether with derivatives.
+    evaluated: bool,
+    shapes: Vec<f64>,
+    differentiated: bool,
     first: usize,
     functions: usize,
     /// A row per function.
@@ -138,9 +142,9 @@ impl BasisBlock {
         self.partials.get(shape).map_or(&[], Vec::as_slice)
     }
 
-    /// Must be called when the content of the block has changed.
+    /// Must be called when the block is another, or its content has changed.
     pub fn forget(&mut self) {
-        self.parts.iter_mut().for_each(|part| part.shapes = None);
+        self.parts.iter_mut().for_each(|part| part.evaluated = false);
     }
 
     /// Evaluates the parts that `visit` shows where their shapes have changed, and joins them.
@@ -161,6 +165,9 @@ impl BasisBlock {
             arch: self.arch.unwrap_or_default(),
         };
         visit(&mut evaluation);
+        // More parts than these belong to another model.
+        evaluation.changed |= evaluation.parts.len() > evaluation.next;
+        evaluation.parts.truncate(evaluation.next);
         if evaluation.changed {
             let arch = evaluation.arch;
             self.partials.resize(if differentiate { shapes.len() } else { 0 }, Vec::new());
@@ -189,11 +196,20 @@ impl Visitor for PartEvaluation<'_> {
         }
         let Some(part) = self.parts.get_mut(self.next) else { return };
         self.next += 1;
-        if part.shapes.as_deref() == Some(shapes) {
+        let same_part = part.part == Some(TypeId::of::<P>()) && part.first == first;
+        let as_before = part.shapes == shapes && part.differentiated == self.differentiate;
+        if part.evaluated && same_part && as_before {
             return;
         }
         self.changed = true;
-        part.shapes = Some(shapes.to_vec());
+        if !same_part {
+            part.prepared = Preparation::default();
+        }
+        part.part = Some(TypeId::of::<P>());
+        part.evaluated = true;
+        part.shapes.clear();
+        part.shapes.extend(shapes);
+        part.differentiated = self.differentiate;
         part.first = first;
         part.functions = P::FUNCTIONS;
         part.values.resize(P::FUNCTIONS, Row::filled(0.0));
@@ -480,6 +496,26 @@ mod tests {
             model.evaluate(&on_rings, &shapes, true, &mut shared);
             model.evaluate(&one_by_one, &shapes, true, &mut alone);
             assert_eq!(bits(&shared, shapes.len()), bits(&alone, shapes.len()), "{}", model.name());
+        }
+    }
+
+    #[test]
+    fn what_one_model_left_does_not_reach_another() {
+        let grid = HalfDifferenceGrid::merl_centers();
+        let mut block = Block::new();
+        block.fill_cells(&grid, &cells());
+        let mut reused = BasisBlock::default();
+        let variants: Vec<AnyModel> =
+            REGISTRY.iter().flat_map(|entry| entry.variants()).map(|(model, _)| model).collect();
+        for model in variants.iter().chain(variants.iter().rev()) {
+            for differentiate in [true, false, true] {
+                // The same numbers for all, so that the shapes do not tell the models apart.
+                let shapes = vec![0.5; shapes(model).len()];
+                let mut fresh = BasisBlock::default();
+                model.evaluate(&block, &shapes, differentiate, &mut fresh);
+                model.evaluate(&block, &shapes, differentiate, &mut reused);
+                assert_eq!(bits(&reused, shapes.len()), bits(&fresh, shapes.len()), "{}", model.name());
+            }
         }
     }
 

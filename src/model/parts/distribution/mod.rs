@@ -16,7 +16,7 @@ use std::marker::PhantomData;
 pub type Constants<T> = [T; 3];
 
 /// A distribution of facet normals with one roughness m.
-pub trait FacetDistribution {
+pub trait FacetDistribution: 'static {
     /// What depends on the roughness alone, computed once per block.
     fn prepare<T: Scalar>(m: T) -> Constants<T>;
 

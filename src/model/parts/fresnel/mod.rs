@@ -15,7 +15,7 @@ use crate::model::{ParamSpec, Part, Values, Visitor};
 use std::marker::PhantomData;
 
 /// Reflectance of a facet.
-pub trait FresnelReflectance {
+pub trait FresnelReflectance: 'static {
     /// Parameters, shapes and amplitudes.
     fn parameters() -> Vec<ParamSpec>;
 

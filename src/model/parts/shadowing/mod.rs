@@ -14,7 +14,7 @@ use crate::model::{Part, Values, Visitor};
 use std::marker::PhantomData;
 
 /// Which facets are seen by both the light and the viewer.
-pub trait Masking {
+pub trait Masking: 'static {
     /// Whether it knows the roughness.
     const ROUGH: bool;
 
