@@ -27,11 +27,12 @@ use std::sync::Arc;
 const POINTS: [usize; 3] = [30, 20, 300];
 /// Starts that come out of it: with one shape, and with more.
 const STARTS: [usize; 2] = [5, 8];
-/// The amplitudes of every point are solved in so many iterations; those of one point in so many, the best, in as
-/// many as products of amplitudes may take.
+/// The amplitudes of a point are solved in as many iterations as products of amplitudes may take. Along one shape, of
+/// which nothing is hidden, so many tell which third of the points is worth the rest; with more shapes the way to the
+/// best minimum may begin at any point.
+const ITERATIONS: u64 = 40;
 const FIRST_ITERATIONS: u64 = 6;
 const PROMISING: usize = 3;
-const ITERATIONS: u64 = 40;
 /// Channels that the points are compared in.
 const CHANNELS: usize = 4;
 /// Of so many times as many points about one in two is left when lobes of one kind are put in order.
@@ -49,6 +50,8 @@ pub(super) struct Candidate {
 /// What the scan has seen.
 #[derive(Clone, Debug)]
 pub(super) struct Scan {
+    /// How many shapes were scanned.
+    pub(super) axes: usize,
     /// The most promising starts, the best first.
     pub(super) candidates: Vec<Candidate>,
     /// The lowest cost along each axis; empty where the points form no lattice.
@@ -198,11 +201,13 @@ pub(super) fn scan(
         let limits = Limits { iterations, observer: None, ..limits.clone() };
         solve_amplitudes(expression, samples, table, objective, &limits)
     };
-    let first_look = |point: &Vec<f64>| solve(&samples.some, place(point), FIRST_ITERATIONS);
+    let on_a_line = axes.len() == 1;
+    let first_iterations = if on_a_line { FIRST_ITERATIONS } else { ITERATIONS };
+    let first_look = |point: &Vec<f64>| solve(&samples.some, place(point), first_iterations);
     let candidates: Result<Vec<Candidate>, Error> = points.par_iter().map(first_look).collect();
     let mut candidates = candidates?;
-    let promising =
-        ranking(&candidates).into_iter().take(candidates.len().div_ceil(PROMISING)).collect::<Vec<_>>();
+    let wanting = if on_a_line { candidates.len().div_ceil(PROMISING) } else { 0 };
+    let promising: Vec<usize> = ranking(&candidates).into_iter().take(wanting).collect();
     let more: Result<Vec<Candidate>, Error> = promising
         .par_iter()
         .filter_map(|index| candidates.get(*index))
@@ -234,10 +239,10 @@ pub(super) fn scan(
         Some(all) => candidates
             .collect::<Vec<_>>()
             .into_par_iter()
-            .map(|candidate| solve(all, candidate.table, FIRST_ITERATIONS))
+            .map(|candidate| solve(all, candidate.table, first_iterations))
             .collect(),
     };
-    Ok(Scan { candidates: candidates?, profiles })
+    Ok(Scan { axes: axes.len(), candidates: candidates?, profiles })
 }
 
 /// The candidates' indices, the best first.

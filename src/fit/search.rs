@@ -1,6 +1,6 @@
 //! Where the final fit starts: the best of several starts, each followed to its minimum on part of the samples.
 
-use super::coarse::{Candidate, Profile, ScanSamples, scan};
+use super::coarse::{Candidate, Profile, Scan, ScanSamples, scan};
 use super::loss::{LossKind, Objective};
 use super::observed::Observed;
 use super::parameters::ParameterTable;
@@ -36,8 +36,8 @@ pub(super) struct Found {
 
 /// Samples of the scan.
 const SCAN_SAMPLES: usize = 800;
-/// How long its best points are polished: the first so many iterations all of them, the others only those whose cost
-/// is above the lowest by no more than a share.
+/// How long its best points are polished. Along one shape, all for so many iterations, and longer only those whose
+/// cost is above the lowest by no more than a share.
 const POLISH_ITERATIONS: u64 = 150;
 const SHORT_POLISH: u64 = 25;
 const HOPEFUL: f64 = 0.2;
@@ -69,7 +69,7 @@ impl Task<'_> {
         if !table.free().is_empty() {
             let seen =
                 scan(self.expression, &few, &table, objective, self.options.seed, &self.limits(0, None))?;
-            let ends = self.follow_all(&more, &seen.candidates, objective)?;
+            let ends = self.follow_all(&more, &seen, objective)?;
             starts = ends.iter().map(|(start, _)| start.clone()).collect();
             profiles = seen.profiles;
             table = self.best_of(ends, objective)?.unwrap_or(table);
@@ -86,13 +86,16 @@ impl Task<'_> {
         Ok((table, Found { objective, starts, profiles }))
     }
 
-    /// Polishes every point of the scan; those that are slow for longer only if they come near the best.
+    /// Polishes the points that a scan has chosen.
     fn follow_all(
         &self,
         samples: &Arc<Observed<'_>>,
-        candidates: &[Candidate],
+        seen: &Scan,
         objective: Objective,
     ) -> Result<Vec<(Start, ParameterTable)>, Error> {
+        let candidates = &seen.candidates;
+        // With several shapes a way that is slow for long may still lead to the lowest minimum.
+        let at_first = if seen.axes == 1 { SHORT_POLISH } else { POLISH_ITERATIONS };
         let follow = |table: &ParameterTable, iterations| -> Result<(Solution, ParameterTable), Error> {
             let solution = self.polish(samples, table.clone(), objective, iterations)?;
             let mut polished = table.clone();
@@ -100,15 +103,16 @@ impl Task<'_> {
             Ok((solution, polished))
         };
         let first: Result<Vec<_>, Error> =
-            candidates.par_iter().map(|candidate| follow(&candidate.table, SHORT_POLISH)).collect();
+            candidates.par_iter().map(|candidate| follow(&candidate.table, at_first)).collect();
         let first = first?;
         let lowest = first.iter().map(|(solution, _)| solution.cost).fold(f64::INFINITY, f64::min);
         let ends: Result<Vec<_>, Error> = first
             .into_par_iter()
             .map(|(solution, polished)| {
                 let near = solution.cost <= (1.0 + HOPEFUL) * lowest;
-                if solution.termination == Termination::IterationLimit && near {
-                    follow(&polished, POLISH_ITERATIONS - SHORT_POLISH)
+                let left = POLISH_ITERATIONS - at_first;
+                if left > 0 && solution.termination == Termination::IterationLimit && near {
+                    follow(&polished, left)
                 } else {
                     Ok((solution, polished))
                 }
