@@ -56,7 +56,7 @@ fn peak_megabytes(id: u32) -> f64 {
         let Some(kilobytes) = kilobytes else { break };
         peak = peak.max(kilobytes / 1024.0);
         // The system keeps the largest size itself: only what comes in the last moment can be missed.
-        std::thread::sleep(Duration::from_millis(2));
+        std::thread::sleep(Duration::from_millis(10));
     }
     peak
 }

@@ -184,8 +184,8 @@ pub fn fit(
         SolverKind::LevenbergMarquardt => task.approach(&remembered, start, FINAL.cost)?,
         _ => (start, 0),
     };
-    // A corrected round gains more digits than an undamped step, so one of these is enough after it.
-    let tolerances = if looks > 1 { Tolerances { refinements: 1, ..FINAL } } else { FINAL };
+    // A corrected round gains more digits than undamped steps do: none of these are wanted after it.
+    let tolerances = if looks > 1 { Tolerances { refinements: 0, ..FINAL } } else { FINAL };
     let mut solution = past_absent_lobes(&problem, start, |start| {
         minimise_with(options.solver, &remembered, start, tolerances, limits.clone(), options.seed)
     })?;

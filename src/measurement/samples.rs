@@ -118,19 +118,39 @@ impl Samples {
 
         // All threads fill the rows, but one makes them: an allocator with memory for each thread, as glibc's,
         // would otherwise keep some of it for every thread that ever made a large vector.
-        let gather = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-            let mut gathered: Vec<Vec<f64>> = rows.iter().map(|_| Vec::with_capacity(left)).collect();
-            gathered.par_iter_mut().zip(rows).for_each(|(to, row)| add_kept(row, &keep, to));
-            gathered
+        let room = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            rows.iter().map(|_| Vec::with_capacity(left)).collect()
         };
-        let directions = match &measurement.directions {
-            Directions::Scattered(pairs) => Directions::Scattered(kept(pairs, &keep, left)),
-            Directions::Grid { grid, cells } => {
-                Directions::Grid { grid: Arc::clone(grid), cells: kept(cells, &keep, left) }
+        let (mut values, mut kept_sigma) = (room(&measurement.values), sigma.map(room));
+        let mut weights = Vec::with_capacity(left);
+        let mut directions = match &measurement.directions {
+            Directions::Scattered(_) => Directions::Scattered(Vec::with_capacity(left)),
+            Directions::Grid { grid, .. } => {
+                Directions::Grid { grid: Arc::clone(grid), cells: Vec::with_capacity(left) }
             }
         };
-        let (values, sigma) = (gather(&measurement.values), sigma.map(gather));
-        let weights = weights(&directions, weighting);
+        let fill = |rows: &mut Vec<Vec<f64>>, from: &Vec<Vec<f64>>| {
+            rows.par_iter_mut().zip(from).for_each(|(to, row)| add_kept(row, &keep, to));
+        };
+        rayon::join(
+            || {
+                fill(&mut values, &measurement.values);
+                kept_sigma.iter_mut().zip(sigma).for_each(|(kept, sigma)| fill(kept, sigma));
+            },
+            || {
+                match (&mut directions, &measurement.directions) {
+                    (Directions::Scattered(to), Directions::Scattered(pairs)) => add_kept(pairs, &keep, to),
+                    (Directions::Grid { cells: to, .. }, Directions::Grid { cells, .. }) => {
+                        add_kept(cells, &keep, to);
+                    }
+                    // The one was made after the other.
+                    (Directions::Scattered(_), Directions::Grid { .. })
+                    | (Directions::Grid { .. }, Directions::Scattered(_)) => {}
+                }
+                add_weights(&directions, weighting, &mut weights);
+            },
+        );
+        let sigma = kept_sigma;
         Ok(Self { values, directions, sigma, weights, weighting, dropped })
     }
 
@@ -161,29 +181,21 @@ impl Samples {
     }
 }
 
-/// The elements that `keep` says yes to, `many` of them.
-fn kept<T: Copy>(from: &[T], keep: &[bool], many: usize) -> Vec<T> {
-    let mut kept = Vec::with_capacity(many);
-    add_kept(from, keep, &mut kept);
-    kept
-}
-
 /// Adds the elements that `keep` says yes to, for which there is room.
 fn add_kept<T: Copy>(from: &[T], keep: &[bool], to: &mut Vec<T>) {
     to.extend(from.iter().zip(keep).filter(|(_, keep)| **keep).map(|(element, _)| *element));
 }
 
-/// The weights of samples beside any from `sigma`: 1 on average.
-fn weights(directions: &Directions, weighting: Weighting) -> Vec<f64> {
-    let mut weights: Vec<f64> = match (weighting, directions) {
+/// Puts in the weights of samples beside any from `sigma`: 1 on average.
+fn add_weights(directions: &Directions, weighting: Weighting, weights: &mut Vec<f64>) {
+    match (weighting, directions) {
         (Weighting::SolidAngle, Directions::Grid { grid, cells }) => {
-            cells.iter().map(|&cell| grid.weight(cell)).collect()
+            weights.extend(cells.iter().map(|&cell| grid.weight(cell)));
         }
-        _ => vec![1.0; directions.len()],
-    };
+        _ => weights.resize(directions.len(), 1.0),
+    }
     let mean = weights.iter().sum::<f64>() / count(weights.len());
     weights.iter_mut().for_each(|w| *w /= mean);
-    weights
 }
 
 /// Leaves `wanted` of the `many` samples that `keep` says yes to, one drawn from each of as many equal
