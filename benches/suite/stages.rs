@@ -31,10 +31,10 @@ struct Work {
 /// Directions of cells of one ring: sines and cosines of the ring and the azimuth are at hand.
 const GEOMETRY: Work = Work { bytes: 4.0, divisions: 0.0, roots: 0.0, operations: 10.0 };
 
-/// The basis of [`ONE_LOBE`] with the derivatives with respect to m: the density takes 15 operations and a division,
-/// the visibility 28, a root and a division for each direction and a division for both, Schlick's factors 6, the products
-/// 12; Lambert's are constant.
-const BASIS: Work = Work { bytes: 0.0, divisions: 4.0, roots: 2.0, operations: 61.0 };
+/// The basis of [`ONE_LOBE`] with the derivatives with respect to m: the visibility takes 31 operations, a root for each
+/// direction, a division for their slopes and one for both, the products 8; the density and Schlick's factors are
+/// evaluated once per ring, Lambert's factor is constant.
+const BASIS: Work = Work { bytes: 0.0, divisions: 2.0, roots: 2.0, operations: 39.0 };
 
 /// Per channel: reflectance and residual 10, weighted slopes 2, three columns of the Jacobian 8, reflections of
 /// four columns 32 (an inner product, and for each later column another and a subtraction). It reads the measured value
