@@ -24,6 +24,9 @@ struct Runs {
 }
 
 impl Runs {
+    /// The titles of [`Runs::cells`].
+    const TITLES: [&str; 6] = ["read s", "fit s", "whole process s", "passes", "peak MB", "cost"];
+
     fn add(&mut self, run: &Run) {
         let report = run.json();
         self.read.push(report["time_s"]["read"].as_f64().unwrap());
@@ -79,18 +82,7 @@ pub fn whole_fits(setup: &Setup) -> String {
             rows.push([first, runs.cells(), vec![ratio]].concat());
         }
     }
-    let head = [
-        "table",
-        "model",
-        "metric",
-        "read s",
-        "fit s",
-        "whole process s",
-        "passes",
-        "peak MB",
-        "cost",
-        "whole, to Schlick's",
-    ];
+    let head = [&["table", "model", "metric"][..], &Runs::TITLES, &["whole, to Schlick's"]].concat();
     markdown(&head, &rows)
 }
 
@@ -155,16 +147,6 @@ pub fn spectral(setup: &Setup) -> String {
         let first = [inputs::name(file), size[0].to_string(), size[1].to_string()];
         rows.push([first.to_vec(), runs.cells()].concat());
     }
-    let head = [
-        "measurement",
-        "channels",
-        "samples",
-        "read s",
-        "fit s",
-        "whole process s",
-        "passes",
-        "peak MB",
-        "cost",
-    ];
+    let head = [&["measurement", "channels", "samples"][..], &Runs::TITLES].concat();
     markdown(&head, &rows)
 }

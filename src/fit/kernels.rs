@@ -217,7 +217,7 @@ fn leverages(root: &Triangle, jacobian: &[Row], leverage: &mut Row, product: &mu
 
 /// Multiplies entry by entry.
 #[inline(always)]
-pub(super) fn scale_each(row: &mut Row, factors: &Row) {
+fn scale_each(row: &mut Row, factors: &Row) {
     for (entry, factor) in row.iter_mut().zip(factors) {
         *entry *= factor;
     }
@@ -225,7 +225,7 @@ pub(super) fn scale_each(row: &mut Row, factors: &Row) {
 
 /// Adds `factor` times `row`.
 #[inline(always)]
-pub(super) fn add_scaled(sum: &mut Row, row: &Row, factor: f64) {
+fn add_scaled(sum: &mut Row, row: &Row, factor: f64) {
     for (total, value) in sum.iter_mut().zip(row) {
         *total += factor * value;
     }

@@ -19,8 +19,8 @@ use std::fmt;
 
 /// One factor of the basis functions of a lobe.
 ///
-/// Both functions, and whatever they call for each sample, must be `#[inline(always)]` and choose by
-/// [`Scalar::if_less`]: a call or a branch would keep the loop over a block from being packed.
+/// [`Part::at`], and whatever it calls, must be `#[inline(always)]` and choose by [`Scalar::if_less`]: a call or a
+/// branch would keep the loop over a block from being packed.
 pub trait Part: 'static {
     /// How many shapes it takes.
     const SHAPES: usize;
