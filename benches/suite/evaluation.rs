@@ -91,7 +91,7 @@ fn row(setup: &Setup, directions: &Directions, model: &AnyModel, text: String) -
 }
 
 /// Room for the derivatives with respect to the shapes of any model.
-const SHAPES: usize = 3;
+const SHAPES: usize = 8;
 
 /// The shapes, each the variable of a derivative.
 fn seeds<R: Real>(shapes: &[R]) -> Vec<Dual<R, SHAPES>> {
@@ -103,7 +103,7 @@ fn seeds<R: Real>(shapes: &[R]) -> Vec<Dual<R, SHAPES>> {
 pub fn values(model: &AnyModel) -> (Vec<f64>, Vec<f64>) {
     let of_role = |role| {
         let parameters = model.parameters().into_iter().filter(move |spec| spec.role == role);
-        parameters.map(|spec| spec.initial * spec.unit.factor()).collect()
+        parameters.map(|spec| spec.initial * spec.unit.factor(None)).collect()
     };
     (of_role(Role::Shape), of_role(Role::Amplitude))
 }

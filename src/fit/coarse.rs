@@ -117,7 +117,8 @@ fn axes(table: &ParameterTable) -> Vec<Axis> {
                 .copied()
                 .filter(|index| {
                     table.rows().get(*index).is_some_and(|row| {
-                        row.status == Status::Free && row.spec.role == Role::Shape && !row.given
+                        let open = row.status == Status::Free && !row.given;
+                        open && row.spec.role == Role::Shape && row.spec.scanned
                     })
                 })
                 .collect();

@@ -84,6 +84,8 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
         })
         .collect();
     let ranges: Vec<_> = samples.directions.blocks().collect();
+    let mut prepared = Vec::new();
+    expression.prepare(&all_values, |_| false, &mut prepared);
     let arch = Arch::new();
     // Groups of blocks in a fixed division, summed in order.
     let partial: Vec<Vec<Sums>> = ranges
@@ -91,7 +93,7 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
         .map(|ranges| {
             let mut sums = vec![Sums::default(); channels];
             let mut block = Block::new();
-            let mut bases = vec![BasisBlock::default(); expression.lobes().len()];
+            let mut bases = prepared.clone();
             for range in ranges {
                 samples.directions.fill(range.clone(), &mut block);
                 bases.iter_mut().for_each(BasisBlock::forget);

@@ -704,7 +704,7 @@ impl ParameterTable {
                 .filter_map(|parameter| self.place(lobe, parameter, channel))
                 .filter_map(|index| self.rows.get(index))
                 .filter(|row| row.spec.role == role)
-                .map(|row| row.value * row.spec.unit.factor())
+                .map(|row| row.value * row.spec.unit.factor(row.channel))
                 .collect()
         };
         (0..self.lobes.len())

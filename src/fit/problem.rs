@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use pulp::Arch;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An expression, samples, and what is minimised between them.
 pub struct ReflectanceProblem<'a> {
@@ -28,6 +28,8 @@ pub struct ReflectanceProblem<'a> {
     objective: Objective,
     /// Per channel.
     layouts: Vec<Layout>,
+    /// Per lobe, with what was prepared for the pass before: its shapes are often this one's.
+    bases: Mutex<Vec<BasisBlock>>,
 }
 
 /// Which free parameters a channel depends on, and how.
@@ -100,7 +102,7 @@ impl<'a> ReflectanceProblem<'a> {
         let layout =
             |channel| if observed.counts(channel) { layout(&table, channel) } else { Layout::default() };
         let layouts = (0..observed.channels()).map(layout).collect();
-        Self { expression, observed, table, objective, layouts }
+        Self { expression, observed, table, objective, layouts, bases: Mutex::default() }
     }
 
     /// The parameters, at the values last set.
@@ -247,6 +249,8 @@ struct Context<'p, 'a> {
     values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
     /// Per lobe: whether any of its shapes is free.
     differentiated: Vec<bool>,
+    /// Per lobe, prepared for the shapes of all channels.
+    bases: Vec<BasisBlock>,
     /// Per channel.
     sums: Vec<Sums>,
     arch: Arch,
@@ -275,27 +279,28 @@ impl<'p, 'a> Context<'p, 'a> {
         kind: Pass<'p>,
     ) -> Self {
         let lobes = problem.expression.lobes();
-        let differentiated = (0..lobes.len())
+        let differentiated: Vec<bool> = (0..lobes.len())
             .map(|lobe| {
                 let slots = problem.layouts.iter().flat_map(|layout| &layout.slots);
                 slots.into_iter().any(|slot| slot.lobe == lobe && slot.role == Role::Shape)
             })
             .collect();
+        let bases = {
+            let mut bases = problem.bases.lock().unwrap_or_else(PoisonError::into_inner);
+            problem.expression.prepare(values, |lobe| differentiated.get(lobe) == Some(&true), &mut bases);
+            bases.clone()
+        };
         let sums = problem.layouts.iter().zip(values).map(|(layout, values)| {
             let amplitudes = values.iter().zip(lobes);
             let coefficients: Vec<Coefficients> =
                 amplitudes.map(|((_, a), lobe)| lobe.model.coefficients(a)).collect();
             Sums::new(layout, table, &coefficients)
         });
-        Self { problem, kind, values, differentiated, sums: sums.collect(), arch: Arch::new() }
+        Self { problem, kind, values, differentiated, bases, sums: sums.collect(), arch: Arch::new() }
     }
 
     fn workspace(&self) -> Workspace {
-        Workspace {
-            block: Block::new(),
-            bases: vec![BasisBlock::default(); self.differentiated.len()],
-            scratch: Scratch::default(),
-        }
+        Workspace { block: Block::new(), bases: self.bases.clone(), scratch: Scratch::default() }
     }
 
     /// Runs over the samples of `blocks`.
@@ -385,8 +390,8 @@ impl Sums {
                 continue;
             };
             // d formula value/d coordinate
-            let stretch =
-                table.rows().get(slot.row).map_or(0.0, |row| row.stretch() * row.spec.unit.factor());
+            let stretch = table.rows().get(slot.row);
+            let stretch = stretch.map_or(0.0, |row| row.stretch() * row.spec.unit.factor(row.channel));
             // df/dshape = sum_k a_k dB_k/dshape; df/damplitude = sum_k da_k/damplitude B_k
             let (shape, factors) = match slot.role {
                 Role::Shape => (Some(slot.index), Some(&of_lobe.values)),

@@ -2,10 +2,12 @@
 
 mod dual;
 pub(crate) mod elementary;
+mod gamma;
 mod quadrature;
 mod scalar;
 
 pub use dual::Dual;
+pub use gamma::ln_gamma;
 pub use quadrature::GaussLegendre;
 pub use scalar::{Real, Scalar};
 

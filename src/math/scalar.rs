@@ -119,6 +119,10 @@ pub trait Real: Scalar<Real = Self> {
     #[must_use]
     fn atan2(self, x: Self) -> Self;
 
+    /// The whole part of a number that is not negative; 0 where it is, or is NaN.
+    #[must_use]
+    fn whole(self) -> usize;
+
     /// The lesser of two numbers; `other` where either is NaN.
     #[must_use]
     #[inline(always)]
@@ -193,6 +197,15 @@ macro_rules! plain_number {
             #[inline(always)]
             fn literal(value: f64) -> Self {
                 value as $float
+            }
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "rounding down and saturating is what the function is for"
+            )]
+            #[inline(always)]
+            fn whole(self) -> usize {
+                self as usize
             }
             #[inline(always)]
             fn ln_1p(self) -> Self {

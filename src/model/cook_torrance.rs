@@ -21,7 +21,7 @@
 use super::parts::distribution::Distribution;
 use super::parts::fresnel::Fresnel;
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ModelOption, ParamSpec, Scale, Sharper, Values, Visitor};
+use super::{Choices, Model, ModelOption, ParamSpec, Values, Visitor};
 use crate::math::Scalar;
 
 /// A microfacet lobe.
@@ -33,7 +33,7 @@ pub struct CookTorrance {
 }
 
 impl Model for CookTorrance {
-    type Coefficients<T: Scalar> = [T; 2];
+    type Coefficients<T: Scalar> = [T; 3];
 
     const NAME: &'static str = "cook-torrance";
     const SUMMARY: &'static str = "microfacet lobe F D G/(4 ci co)";
@@ -59,22 +59,20 @@ impl Model for CookTorrance {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let roughness = ParamSpec::shape("m", "roughness", (1e-4, 1.0), (1e-3, 1.0), 0.2, Scale::Log)
-            .sharper_when(Sharper::Smaller);
         let fresnel = self.fresnel.parameters();
         let scale = ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 1.0);
         // Without a Fresnel term nothing else gives the lobe its strength.
         let scale = if fresnel.is_empty() { scale } else { scale.fixed() };
-        [vec![roughness], fresnel, vec![scale]].concat()
+        [self.distribution.parameters(), fresnel, vec![scale]].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
         self.distribution.show(visitor);
         self.shadowing.show(self.distribution, visitor);
-        self.fresnel.show(1, visitor);
+        self.fresnel.show(self.distribution.shapes(), visitor);
     }
 
-    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 3] {
         let fresnel = self.fresnel.coefficients(&mut amplitudes);
         let [ks] = amplitudes.take();
         fresnel.map(|coefficient| ks * coefficient)

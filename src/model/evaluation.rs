@@ -16,6 +16,7 @@ use crate::math::{Dual, Scalar};
 use pulp::{Arch, Simd, WithSimd};
 use std::any::{Any, TypeId};
 use std::fmt;
+use std::sync::Arc;
 
 /// One factor of the basis functions of a lobe.
 ///
@@ -29,8 +30,11 @@ pub trait Part: 'static {
     /// Whether it depends on the half vector and the difference angle alone: on the samples of a grid, which share
     /// these by the hundred, it is evaluated once for all that do.
     const SHARED_ON_RINGS: bool = false;
-    /// Quantities that depend on the shapes alone, computed anew only when these have changed.
-    type Prepared<T: Scalar>: Copy + Send + Sync + 'static;
+    /// Whether preparing takes longer than a block: it is then done once per pass over the samples, for all threads.
+    const PREPARES_LONG: bool = false;
+    /// Quantities that depend on the shapes alone, computed anew only when these have changed. Quickly cloned: what
+    /// is large stands behind an `Arc`.
+    type Prepared<T: Scalar>: Clone + Send + Sync + 'static;
     /// A value per function.
     type Output<T: Scalar>: AsRef<[T]>;
 
@@ -45,6 +49,9 @@ pub trait Part: 'static {
 pub trait Visitor {
     /// A part whose shapes begin with the lobe's shape number `first`.
     fn part<P: Part>(&mut self, first: usize);
+
+    /// Ends a product: the parts that follow make further basis functions, after those of the parts before.
+    fn next_term(&mut self);
 }
 
 /// Basis functions of one lobe on a block, and their derivatives with respect to the lobe's shapes.
@@ -68,57 +75,75 @@ struct PartBlock {
     shapes: Vec<f64>,
     differentiated: bool,
     first: usize,
+    /// The product that it belongs to.
+    term: usize,
     functions: usize,
     /// A row per function.
     values: Vec<Row>,
     /// For each of the part's shapes, a row per function.
     partials: Vec<Row>,
-    prepared: Preparation,
+    prepared: Preparations,
 }
 
-/// What a part has prepared last, and for which shapes and derivatives. Some prepare by quadrature, which must not
-/// be repeated for every block.
-#[derive(Default)]
-struct Preparation {
+/// What a part has prepared. Some prepare by quadrature, which must not be repeated for every block.
+#[derive(Clone, Debug, Default)]
+struct Preparations {
+    /// For the shapes of the last block.
+    last: Option<Prepared>,
+    /// Prepared before the pass, for the shapes of every channel.
+    lasting: Vec<Prepared>,
+}
+
+/// What a part has prepared for some shapes and derivatives.
+#[derive(Clone)]
+struct Prepared {
     shapes: Vec<f64>,
     offset: usize,
-    prepared: Option<Box<dyn Any + Send + Sync>>,
+    content: Arc<dyn Any + Send + Sync>,
 }
 
-impl Preparation {
-    /// What `prepare` has made of the same shapes before, or makes now.
-    fn of<T: Copy + Send + Sync + 'static>(
-        &mut self,
-        shapes: &[f64],
-        offset: usize,
-        prepare: impl FnOnce() -> T,
-    ) -> T {
-        let known = self.prepared.as_deref().and_then(|known| known.downcast_ref::<T>());
-        if let Some(known) = known.filter(|_| self.shapes == shapes && self.offset == offset) {
-            return *known;
-        }
-        let prepared = prepare();
-        self.shapes.clear();
-        self.shapes.extend(shapes);
-        self.offset = offset;
-        match self.prepared.as_deref_mut().and_then(|place| place.downcast_mut::<T>()) {
-            Some(place) => *place = prepared,
-            None => self.prepared = Some(Box::new(prepared)),
-        }
-        prepared
+impl Prepared {
+    fn new<T: Clone + Send + Sync + 'static>(shapes: &[f64], offset: usize, content: T) -> Self {
+        Self { shapes: shapes.to_vec(), offset, content: Arc::new(content) }
+    }
+
+    fn of<T: Clone + 'static>(&self, shapes: &[f64], offset: usize) -> Option<T> {
+        let same = self.shapes == shapes && self.offset == offset;
+        self.content.downcast_ref::<T>().filter(|_| same).cloned()
     }
 }
 
-impl Clone for Preparation {
-    /// Starts anew: what was prepared is quickly prepared again.
-    fn clone(&self) -> Self {
-        Self::default()
+impl Preparations {
+    /// What was prepared of the same shapes before, or is now.
+    fn of<P: Part, const N: usize>(&mut self, shapes: &[f64], offset: usize) -> P::Prepared<Dual<f64, N>> {
+        let known = self.last.iter().chain(&self.lasting).find_map(|known| known.of(shapes, offset));
+        known.unwrap_or_else(|| {
+            let content = prepare::<P, N>(shapes, offset);
+            // The place is used again where it is one of the same kind that nobody shares.
+            let place = self.last.as_mut().and_then(|last| {
+                let place = Arc::get_mut(&mut last.content)?.downcast_mut::<P::Prepared<Dual<f64, N>>>()?;
+                last.shapes.clear();
+                last.shapes.extend(shapes);
+                last.offset = offset;
+                Some(place)
+            });
+            match place {
+                Some(place) => *place = content.clone(),
+                None => self.last = Some(Prepared::new(shapes, offset, content.clone())),
+            }
+            content
+        })
     }
 }
 
-impl fmt::Debug for Preparation {
+fn prepare<P: Part, const N: usize>(shapes: &[f64], offset: usize) -> P::Prepared<Dual<f64, N>> {
+    let seed = |(j, shape): (usize, &f64)| Dual::<f64, N>::variable(*shape, j.wrapping_sub(offset));
+    P::prepare(Values::new(&shapes.iter().enumerate().map(seed).collect::<Vec<_>>()))
+}
+
+impl fmt::Debug for Prepared {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Preparation").field("shapes", &self.shapes).finish_non_exhaustive()
+        f.debug_struct("Prepared").field("shapes", &self.shapes).finish_non_exhaustive()
     }
 }
 
@@ -147,6 +172,16 @@ impl BasisBlock {
         self.parts.iter_mut().for_each(|part| part.evaluated = false);
     }
 
+    /// Prepares what takes long for all of `shapes`, one set per channel, so that clones of this one share it.
+    pub(super) fn prepare(
+        &mut self,
+        shapes: &[&[f64]],
+        differentiate: bool,
+        visit: impl FnOnce(&mut PartPreparation<'_>),
+    ) {
+        visit(&mut PartPreparation { shapes, differentiate, parts: &mut self.parts, next: 0 });
+    }
+
     /// Evaluates the parts that `visit` shows where their shapes have changed, and joins them.
     pub(super) fn evaluate(
         &mut self,
@@ -161,6 +196,7 @@ impl BasisBlock {
             differentiate,
             parts: &mut self.parts,
             next: 0,
+            term: 0,
             changed: false,
             arch: self.arch.unwrap_or_default(),
         };
@@ -177,6 +213,60 @@ impl BasisBlock {
     }
 }
 
+/// Derivatives that one round of evaluation finds: dual numbers with more do not fit into the registers.
+const ROUND: usize = 3;
+
+/// Prepares parts for the shapes of all channels.
+pub(super) struct PartPreparation<'a> {
+    shapes: &'a [&'a [f64]],
+    differentiate: bool,
+    parts: &'a mut Vec<PartBlock>,
+    next: usize,
+}
+
+impl PartPreparation<'_> {
+    fn lasting<P: Part, const N: usize>(part: &PartBlock, shapes: &[f64], offset: usize) -> Prepared {
+        let mut known = part.prepared.lasting.iter();
+        let known = known.find(|known| known.of::<P::Prepared<Dual<f64, N>>>(shapes, offset).is_some());
+        known.cloned().unwrap_or_else(|| Prepared::new(shapes, offset, prepare::<P, N>(shapes, offset)))
+    }
+}
+
+impl Visitor for PartPreparation<'_> {
+    fn part<P: Part>(&mut self, first: usize) {
+        if self.parts.len() == self.next {
+            self.parts.push(PartBlock::default());
+        }
+        let Some(part) = self.parts.get_mut(self.next) else { return };
+        self.next += 1;
+        part.claim::<P>(first);
+        if const { !P::PREPARES_LONG } {
+            return;
+        }
+        let mut lasting: Vec<Prepared> = Vec::new();
+        for shapes in self.shapes {
+            let shapes = shapes.get(first..first + P::SHAPES).unwrap_or_default();
+            if lasting.iter().any(|known| known.shapes == shapes) {
+                continue;
+            }
+            if !self.differentiate {
+                lasting.push(Self::lasting::<P, 0>(part, shapes, 0));
+                continue;
+            }
+            for offset in (0..P::SHAPES).step_by(ROUND) {
+                lasting.push(match P::SHAPES - offset {
+                    1 => Self::lasting::<P, 1>(part, shapes, offset),
+                    2 => Self::lasting::<P, 2>(part, shapes, offset),
+                    _ => Self::lasting::<P, 3>(part, shapes, offset),
+                });
+            }
+        }
+        part.prepared.lasting = lasting;
+    }
+
+    fn next_term(&mut self) {}
+}
+
 /// Evaluates parts on a block.
 pub(super) struct PartEvaluation<'a> {
     block: &'a Block,
@@ -184,6 +274,7 @@ pub(super) struct PartEvaluation<'a> {
     differentiate: bool,
     parts: &'a mut Vec<PartBlock>,
     next: usize,
+    term: usize,
     changed: bool,
     arch: Arch,
 }
@@ -196,40 +287,45 @@ impl Visitor for PartEvaluation<'_> {
         }
         let Some(part) = self.parts.get_mut(self.next) else { return };
         self.next += 1;
-        let same_part = part.part == Some(TypeId::of::<P>()) && part.first == first;
+        part.claim::<P>(first);
         let as_before = part.shapes == shapes && part.differentiated == self.differentiate;
-        if part.evaluated && same_part && as_before {
+        if part.evaluated && as_before && part.term == self.term {
             return;
         }
         self.changed = true;
-        if !same_part {
-            part.prepared = Preparation::default();
-        }
-        part.part = Some(TypeId::of::<P>());
+        part.term = self.term;
         part.evaluated = true;
         part.shapes.clear();
         part.shapes.extend(shapes);
         part.differentiated = self.differentiate;
-        part.first = first;
-        part.functions = P::FUNCTIONS;
         part.values.resize(P::FUNCTIONS, Row::filled(0.0));
         let derivatives = if self.differentiate { P::SHAPES } else { 0 };
         part.partials.resize(derivatives * P::FUNCTIONS, Row::filled(0.0));
-        if derivatives == 0 {
-            let PartBlock { values, partials, prepared, .. } = part;
-            run::<P, 0>(self.arch, self.block, shapes, 0, prepared, values, partials);
-            return;
-        }
-        // Dual numbers of more than three derivatives do not fit into the registers: several rounds of fewer.
         let PartBlock { values, partials, prepared, .. } = part;
-        for (round, rows) in partials.chunks_mut(3 * P::FUNCTIONS).enumerate() {
-            let (arch, block, offset) = (self.arch, self.block, 3 * round);
+        let (arch, block) = (self.arch, self.block);
+        if derivatives == 0 {
+            run::<P, 0>(arch, block, shapes, 0, prepared, values, partials);
+        }
+        for (round, rows) in partials.chunks_mut(ROUND * P::FUNCTIONS).enumerate() {
+            // Only the loops that the part needs are compiled.
+            let offset = ROUND * round;
             match P::SHAPES - offset {
-                1 => run::<P, 1>(arch, block, shapes, offset, prepared, values, rows),
-                2 => run::<P, 2>(arch, block, shapes, offset, prepared, values, rows),
-                _ => run::<P, 3>(arch, block, shapes, offset, prepared, values, rows),
+                1 if const { P::SHAPES % ROUND == 1 } => {
+                    run::<P, 1>(arch, block, shapes, offset, prepared, values, rows);
+                }
+                2 if const { P::SHAPES % ROUND == 2 } => {
+                    run::<P, 2>(arch, block, shapes, offset, prepared, values, rows);
+                }
+                _ if const { P::SHAPES >= ROUND } => {
+                    run::<P, 3>(arch, block, shapes, offset, prepared, values, rows);
+                }
+                _ => {}
             }
         }
+    }
+
+    fn next_term(&mut self) {
+        self.term += 1;
     }
 }
 
@@ -239,14 +335,11 @@ fn run<P: Part, const N: usize>(
     block: &Block,
     shapes: &[f64],
     offset: usize,
-    prepared: &mut Preparation,
+    prepared: &mut Preparations,
     values: &mut [Row],
     partials: &mut [Row],
 ) {
-    let prepared = prepared.of(shapes, offset, || {
-        let seed = |(j, shape): (usize, &f64)| Dual::<f64, N>::variable(*shape, j.wrapping_sub(offset));
-        P::prepare(Values::new(&shapes.iter().enumerate().map(seed).collect::<Vec<_>>()))
-    });
+    let prepared = prepared.of::<P, N>(shapes, offset);
     let rings = block.rings();
     if P::SHARED_ON_RINGS && (1..=MOST_RINGS).contains(&rings.len()) {
         arch.dispatch(RunOnRings::<P, N> { block, prepared, values, partials });
@@ -321,7 +414,7 @@ impl<P: Part, const N: usize> WithSimd for RunOnRings<'_, P, N> {
     }
 }
 
-/// Multiplies the parts of a lobe.
+/// Multiplies the parts of each term of a lobe.
 struct Product<'a> {
     parts: &'a [PartBlock],
     values: &'a mut Vec<Row>,
@@ -334,20 +427,24 @@ impl WithSimd for Product<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { parts, values, partials } = self;
-        let functions = parts.iter().map(|part| part.functions).max().unwrap_or(0);
-        values.resize(functions, Row::filled(1.0));
-        partials.iter_mut().for_each(|rows| rows.resize(functions, Row::filled(0.0)));
-        // What multiplies all functions is multiplied once.
-        for index in (0..parts.len()).filter(|index| is_common(parts, *index)) {
-            multiply(parts, index, 0, values, partials);
-        }
-        for rows in partials.iter_mut().chain([&mut *values]) {
-            if let Some((first, others)) = rows.split_first_mut() {
-                others.fill(*first);
+        let mut start = 0;
+        for parts in parts.chunk_by(|a, b| a.term == b.term) {
+            let end = start + parts.iter().map(|part| part.functions).max().unwrap_or(0);
+            values.resize(end, Row::filled(1.0));
+            partials.iter_mut().for_each(|rows| rows.resize(end, Row::filled(0.0)));
+            // What multiplies all functions is multiplied once.
+            for index in (0..parts.len()).filter(|index| is_common(parts, *index)) {
+                multiply(parts, index, 0, start, values, partials);
             }
-        }
-        for index in (0..parts.len()).filter(|index| !is_common(parts, *index)) {
-            (0..functions).for_each(|k| multiply(parts, index, k, values, partials));
+            for rows in partials.iter_mut().chain([&mut *values]) {
+                if let Some((first, others)) = rows.get_mut(start..end).and_then(<[Row]>::split_first_mut) {
+                    others.fill(*first);
+                }
+            }
+            for index in (0..parts.len()).filter(|index| !is_common(parts, *index)) {
+                (0..end - start).for_each(|k| multiply(parts, index, k, start, values, partials));
+            }
+            start = end;
         }
     }
 }
@@ -358,16 +455,24 @@ fn is_common(parts: &[PartBlock], index: usize) -> bool {
     parts.get(index).is_some_and(|part| part.functions == 1)
 }
 
-/// Multiplies function `k` by its factor of a part, after those that come before it: common ones first.
+/// Multiplies function `k` of a term, whose functions begin at `start`, by its factor of a part, after those that
+/// come before it: common ones first.
 #[inline(always)]
-fn multiply(parts: &[PartBlock], index: usize, k: usize, values: &mut [Row], partials: &mut [Vec<Row>]) {
+fn multiply(
+    parts: &[PartBlock],
+    index: usize,
+    k: usize,
+    start: usize,
+    values: &mut [Row],
+    partials: &mut [Vec<Row>],
+) {
     let Some(part) = parts.get(index) else { return };
-    let (Some(factor), Some(value)) = (part.value(k), values.get_mut(k)) else { return };
+    let (Some(factor), Some(value)) = (part.value(k), values.get_mut(start + k)) else { return };
     let order = |index: usize| (!is_common(parts, index), index);
     let earlier = parts.iter().enumerate().filter(|(other, _)| order(*other) < order(index));
     let is_first = earlier.clone().next().is_none();
     for (shape, rows) in partials.iter_mut().enumerate() {
-        let Some(partial) = rows.get_mut(k) else { continue };
+        let Some(partial) = rows.get_mut(start + k) else { continue };
         let before = earlier.clone().any(|(_, earlier)| earlier.depends_on(shape));
         // (v f)' = v' f + v f'
         match (before, part.partial(shape, k)) {
@@ -380,6 +485,8 @@ fn multiply(parts: &[PartBlock], index: usize, k: usize, values: &mut [Row], par
             (false, Some(slope)) => {
                 partial.iter_mut().zip(value.iter()).zip(slope).for_each(|((p, v), s)| *p = v * s);
             }
+            // What another term left of a shape that this one does not know.
+            (false, None) if is_first => partial.fill(0.0),
             (false, None) => {}
         }
     }
@@ -391,6 +498,13 @@ fn multiply(parts: &[PartBlock], index: usize, k: usize, values: &mut [Row], par
 }
 
 impl PartBlock {
+    /// Makes the place that of a part; what another has left there is forgotten.
+    fn claim<P: Part>(&mut self, first: usize) {
+        if self.part != Some(TypeId::of::<P>()) || self.first != first {
+            *self = Self { part: Some(TypeId::of::<P>()), first, functions: P::FUNCTIONS, ..Self::default() };
+        }
+    }
+
     /// The part's factor of basis function `k`.
     #[inline(always)]
     fn value(&self, k: usize) -> Option<&Row> {
@@ -414,17 +528,20 @@ impl PartBlock {
 pub(super) struct PointEvaluation<'a, T: Scalar> {
     geometry: &'a Geometry<T::Real>,
     shapes: &'a [T],
-    /// The product of the parts so far; empty before the first.
+    /// Of the terms before.
     basis: Vec<T>,
+    /// The product of this term's parts so far; empty before the first.
+    product: Vec<T>,
 }
 
 impl<'a, T: Scalar> PointEvaluation<'a, T> {
     pub(super) fn new(geometry: &'a Geometry<T::Real>, shapes: &'a [T]) -> Self {
-        Self { geometry, shapes, basis: Vec::new() }
+        Self { geometry, shapes, basis: Vec::new(), product: Vec::new() }
     }
 
     /// The value of every basis function.
-    pub(super) fn basis(self) -> Vec<T> {
+    pub(super) fn basis(mut self) -> Vec<T> {
+        self.next_term();
         self.basis
     }
 }
@@ -434,7 +551,7 @@ impl<T: Scalar> Visitor for PointEvaluation<'_, T> {
         let shapes = self.shapes.get(first..first + P::SHAPES).unwrap_or_default();
         let output = P::at(&P::prepare(Values::new(shapes)), self.geometry);
         let factors = output.as_ref().get(..P::FUNCTIONS).unwrap_or_default();
-        self.basis = match (self.basis.as_slice(), factors) {
+        self.product = match (self.product.as_slice(), factors) {
             ([], factors) => factors.to_vec(),
             ([one], factors) => factors.iter().map(|factor| *one * *factor).collect(),
             (several, [one]) => several.iter().map(|value| *value * *one).collect(),
@@ -442,6 +559,10 @@ impl<T: Scalar> Visitor for PointEvaluation<'_, T> {
                 several.iter().zip(factors).map(|(value, factor)| *value * *factor).collect()
             }
         };
+    }
+
+    fn next_term(&mut self) {
+        self.basis.append(&mut self.product);
     }
 }
 
@@ -453,7 +574,7 @@ mod tests {
 
     fn shapes(model: &AnyModel) -> Vec<f64> {
         let shapes = model.parameters().into_iter().filter(|spec| spec.role == Role::Shape);
-        shapes.map(|spec| spec.initial * spec.unit.factor()).collect()
+        shapes.map(|spec| spec.initial * spec.unit.factor(None)).collect()
     }
 
     fn bits(basis: &BasisBlock, shapes: usize) -> Vec<u64> {

@@ -1,6 +1,6 @@
 //! Sums of models in writing: `lambert + cook-torrance(d=ggx)`.
 
-use super::{AnyModel, Choices, REGISTRY};
+use super::{AnyModel, BasisBlock, Choices, REGISTRY};
 use crate::error::{Error, excerpt};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
@@ -71,6 +71,22 @@ impl Expression {
     #[must_use]
     pub fn canonical(&self) -> String {
         self.lobes.iter().map(Lobe::canonical).collect::<Vec<_>>().join(" + ")
+    }
+
+    /// Makes `bases` one per lobe, and prepares in each what takes long for the shapes of every channel. `values` are
+    /// shapes and amplitudes per channel and lobe.
+    pub(crate) fn prepare(
+        &self,
+        values: &[Vec<(Vec<f64>, Vec<f64>)>],
+        differentiated: impl Fn(usize) -> bool,
+        bases: &mut Vec<BasisBlock>,
+    ) {
+        bases.resize(self.lobes.len(), BasisBlock::default());
+        for (index, (lobe, basis)) in self.lobes.iter().zip(bases).enumerate() {
+            let of_channel = values.iter().filter_map(|lobes| lobes.get(index));
+            let shapes: Vec<&[f64]> = of_channel.map(|(shapes, _)| shapes.as_slice()).collect();
+            lobe.model.prepare(&shapes, differentiated(index), basis);
+        }
     }
 
     /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes of each lobe in declared order, in

@@ -72,6 +72,8 @@ pub trait Model: Sized {
     const REFERENCE: &'static str;
     /// The variants that an expression may choose from.
     const OPTIONS: &'static [ModelOption] = &[];
+    /// Whether light and viewer may be exchanged.
+    const RECIPROCAL: bool = true;
 
     /// The variant that `choices` describe.
     fn build(choices: &Choices) -> Self;
@@ -79,7 +81,7 @@ pub trait Model: Sized {
     /// The parameters; shapes and amplitudes in any order.
     fn parameters(&self) -> Vec<ParamSpec>;
 
-    /// Shows the parts whose product the basis functions are, in 1/sr. Shapes are numbered in declared order.
+    /// Shows the parts whose products the basis functions are, in 1/sr. Shapes are numbered in declared order.
     fn visit(&self, visitor: &mut impl Visitor);
 
     /// The coefficients of the basis functions. Amplitudes come in declared order.
@@ -167,6 +169,10 @@ pub struct ModelEntry {
     pub reference: &'static str,
     /// The variants that an expression may choose from.
     pub options: &'static [ModelOption],
+    /// Whether light and viewer may be exchanged.
+    pub reciprocal: bool,
+    /// What the model's file says of it: formula, parameters, sources, limits; Markdown.
+    pub manual: &'static str,
     build: fn(&Choices) -> AnyModel,
 }
 
@@ -252,6 +258,8 @@ macro_rules! models {
             summary: <$module::$model as Model>::SUMMARY,
             reference: <$module::$model as Model>::REFERENCE,
             options: <$module::$model as Model>::OPTIONS,
+            reciprocal: <$module::$model as Model>::RECIPROCAL,
+            manual: include_str!(concat!(stringify!($module), ".rs")),
             build: |choices| AnyModel::$model(<$module::$model as Model>::build(choices)),
         }),*];
 
@@ -280,6 +288,13 @@ macro_rules! models {
                     $(Self::$model(m) => {
                         out.evaluate(block, shapes, differentiate, |parts| m.visit(parts));
                     }),*
+                }
+            }
+
+            /// Prepares what takes long for the shapes of every channel, so that clones of `out` share it.
+            pub fn prepare(&self, shapes: &[&[f64]], differentiate: bool, out: &mut BasisBlock) {
+                match self {
+                    $(Self::$model(m) => out.prepare(shapes, differentiate, |parts| m.visit(parts))),*
                 }
             }
 

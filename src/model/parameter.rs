@@ -7,6 +7,9 @@ pub enum Unit {
     One,
     /// Degrees outside, radians inside the formulas.
     Degrees,
+    /// The unit of MERL values before the scale of each of the three channels is applied, as some published tables
+    /// have it: (1, 1.15, 1.66) for r, g, b, without the common 1/1500.
+    UnscaledMerl,
 }
 
 impl Unit {
@@ -16,15 +19,18 @@ impl Unit {
         match self {
             Self::One => "1",
             Self::Degrees => "deg",
+            Self::UnscaledMerl => "unscaled MERL",
         }
     }
 
-    /// The number of formula units in one reported unit.
+    /// The number of formula units in one reported unit, for a parameter of a channel or of all.
     #[must_use]
-    pub fn factor(self) -> f64 {
-        match self {
-            Self::One => 1.0,
-            Self::Degrees => std::f64::consts::PI / 180.0,
+    pub fn factor(self, channel: Option<usize>) -> f64 {
+        match (self, channel) {
+            (Self::Degrees, _) => std::f64::consts::PI / 180.0,
+            (Self::UnscaledMerl, Some(1)) => 1.15,
+            (Self::UnscaledMerl, Some(2)) => 1.66,
+            (Self::One | Self::UnscaledMerl, _) => 1.0,
         }
     }
 }
@@ -85,6 +91,8 @@ pub struct ParamSpec {
     pub initial: f64,
     /// The range that the search for a start scans.
     pub typical: (f64, f64),
+    /// Whether the search for a start scans it; otherwise it starts at `initial`.
+    pub scanned: bool,
     /// Whether it is fixed at `initial` unless freed.
     pub fixed: bool,
     /// Amplitude or shape.
@@ -111,6 +119,7 @@ impl ParamSpec {
             bounds: (0.0, upper),
             initial,
             typical: (0.0, upper),
+            scanned: true,
             fixed: false,
             role: Role::Amplitude,
             sharing: Sharing::PerChannel,
@@ -137,6 +146,7 @@ impl ParamSpec {
             bounds,
             initial,
             typical,
+            scanned: true,
             fixed: false,
             role: Role::Shape,
             sharing: Sharing::Shared,
@@ -150,6 +160,12 @@ impl ParamSpec {
     #[must_use]
     pub const fn per_channel(self) -> Self {
         Self { sharing: Sharing::PerChannel, ..self }
+    }
+
+    /// The same parameter, left at its initial value by the search for a start.
+    #[must_use]
+    pub const fn unscanned(self) -> Self {
+        Self { scanned: false, ..self }
     }
 
     /// The same parameter, fixed unless freed.

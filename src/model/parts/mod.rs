@@ -10,7 +10,7 @@ pub mod shadowing;
 
 /// Makes the closed set of parts of one kind, and their names, from one line each.
 macro_rules! parts {
-    ($(#[$doc:meta])* $kind:ident: $($name:literal => $module:ident::$part:ident),* $(,)?) => {
+    ($(#[$doc:meta])* $kind:ident: $($name:literal => $part:ident),* $(,)?) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         #[expect(missing_docs, reason = "each variant is documented at its part")]

@@ -1,44 +1,62 @@
 //! Beckmann: normally distributed slopes.
 //!
 //! ```text
-//! D = exp(-tan^2/m^2) / (pi m^2 cos^4)        of the half vector's polar angle
+//! d=beckmann:             D = exp(-tan^2/m^2) / (pi m^2 cos^4)        of the half vector's polar angle
+//! d=beckmann-anisotropic: D = exp(-(hx^2/mx^2 + hy^2/my^2)/hz^2) / (pi mx my hz^4)
 //! cos (1 + 2 Lambda) = m sin exp(-x^2)/sqrt(pi) + cos erf(x),   x = cos/(m sin)
 //! ```
 //!
-//! Beckmann and Spizzichino 1963; Cook and Torrance 1982 (doi:10.1145/357290.357293), with the pi that
-//! several texts leave out; Smith 1967 (doi:10.1109/TAP.1967.1138991). m is
-//! the root-mean-square slope. D underflows to 0 where tan > 27 m: the surface has no such facets.
+//! where (m sin)^2 is mx^2 vx^2 + my^2 vy^2 with two roughnesses. Beckmann and Spizzichino 1963; Cook and Torrance 1982
+//! (doi:10.1145/357290.357293), with the pi that several texts leave out; Smith 1967 (doi:10.1109/TAP.1967.1138991). m
+//! is the root-mean-square slope. D underflows to 0 where tan > 27 m: the surface has no such facets.
 
-use super::{Constants, FacetDistribution};
+use super::{FacetDistribution, Roughness};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
+use crate::model::{ParamSpec, Values};
 use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI};
+use std::marker::PhantomData;
 
-pub(super) struct Beckmann;
+pub(super) struct Beckmann<R>(PhantomData<R>);
 
-impl FacetDistribution for Beckmann {
-    fn prepare<T: Scalar>(m: T) -> Constants<T> {
-        let inverse: T = (m * m).recip();
-        [inverse, inverse.times(FRAC_1_PI), m]
+impl<R: Roughness> FacetDistribution for Beckmann<R> {
+    const SHAPES: usize = R::SHAPES;
+    type Prepared<T: Scalar> = (R::Prepared<T>, T);
+    type Slopes<T: Scalar> = R::Prepared<T>;
+
+    fn parameters() -> Vec<ParamSpec> {
+        R::parameters()
+    }
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Prepared<T> {
+        let m = R::prepare(&mut shapes);
+        (m, R::product(&m).recip().times(FRAC_1_PI))
     }
 
     #[inline(always)]
-    fn density<T: Scalar>(&[inverse_m2, peak, _]: &Constants<T>, g: &Geometry<T::Real>) -> T {
+    fn density<T: Scalar>((m, peak): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
-        (-(inverse_m2 * g.tan2_h())).exp() * peak / cos4
+        (-R::squared_slope(m, g)).exp() * *peak / cos4
+    }
+
+    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
+        R::prepare(&mut shapes)
     }
 
     #[inline(always)]
-    fn stretched_cos<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
-        gaussian_slopes(m, cos, sin2)
+    fn stretched_cosines<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
+        let of = |v: [T::Real; 3]| stretched_cos(R::projected_slope2(m, v), v[2]);
+        (of(g.wi), of(g.wo))
     }
 }
 
-/// cos (1 + 2 Lambda) for normally distributed slopes of root mean square m.
+/// cos (1 + 2 Lambda), from (m sin)^2 and the cosine.
 #[inline(always)]
-pub(super) fn gaussian_slopes<T: Scalar>(m: T, cos: T::Real, sin2: T::Real) -> T {
-    let slope = m * sin2.sqrt();
+fn stretched_cos<T: Scalar>(slope2: T, cos: T::Real) -> T {
+    // At normal incidence the root's slope would be infinite.
+    let floor = T::constant(1e-200);
+    let slope = T::if_less(floor.value(), slope2.value(), slope2, floor).sqrt();
     // Beyond x = 26 shadowing is below 1e-290, and x^2 would overflow in its derivatives on the way to
     // normal incidence, where x is infinite.
     let steep: T::Real = slope.value().times(26.0);

@@ -1,34 +1,62 @@
 //! Blinn-Phong: a power of the half vector's cosine, normalised as a facet distribution.
 //!
 //! ```text
-//! D = (n + 2)/(2 pi) cos^n,   n = 2/m^2 - 2        so that D = 1/(pi m^2) at the normal, as for Beckmann
+//! d=blinn-phong:             D = (n + 2)/(2 pi) cos^n,   n = 2/m^2 - 2     so that D = 1/(pi m^2) at the normal, as
+//!                            for Beckmann
+//! d=blinn-phong-anisotropic: D = sqrt((nx + 2)(ny + 2))/(2 pi) cos^((nx hx^2 + ny hy^2)/(hx^2 + hy^2))
 //! ```
 //!
-//! Blinn 1977 (doi:10.1145/563858.563893); Walter et al. 2007, eq. 30. Its Smith integral has no closed
-//! form; as in Walter et al., the Beckmann one with the same m stands in, close to it because the two
-//! distributions agree near the normal. m = 1: n = 0, constant 1/pi.
+//! Blinn 1977 (doi:10.1145/563858.563893); Walter et al. 2007, eq. 30; two exponents: Ashikhmin and Shirley 2000
+//! (doi:10.1080/10867651.2000.10487522). Its Smith integral has no closed form and is tabulated
+//! ([`SlopeTable`]). With two roughnesses the table is that of sqrt(mx my), stretched: exact for distributions that are
+//! stretched copies of one another, which this one is close to where mx and my are small. m = 1: n = 0, constant 1/pi.
 
-use super::beckmann::gaussian_slopes;
-use super::{Constants, FacetDistribution};
+use super::{FacetDistribution, Roughness, SlopeTable};
 use crate::geometry::Geometry;
-use crate::math::Scalar;
+use crate::math::{Real, Scalar};
+use crate::model::{ParamSpec, Values};
 use std::f64::consts::FRAC_1_PI;
+use std::marker::PhantomData;
 
-pub(super) struct BlinnPhong;
+pub(super) struct BlinnPhong<R>(PhantomData<R>);
 
-impl FacetDistribution for BlinnPhong {
-    fn prepare<T: Scalar>(m: T) -> Constants<T> {
-        let inverse: T = (m * m).recip();
-        [inverse.times(2.0).plus(-2.0), inverse.times(FRAC_1_PI), m]
+impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
+    const SHAPES: usize = R::SHAPES;
+    const SLOPES_TAKE_LONG: bool = true;
+    type Prepared<T: Scalar> = (R::Prepared<T>, T);
+    type Slopes<T: Scalar> = (R::Prepared<T>, SlopeTable<T>);
+
+    fn parameters() -> Vec<ParamSpec> {
+        R::parameters()
+    }
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Prepared<T> {
+        let m = R::prepare(&mut shapes);
+        (m, R::product(&m).recip().times(FRAC_1_PI))
     }
 
     #[inline(always)]
-    fn density<T: Scalar>(&[n, peak, _]: &Constants<T>, g: &Geometry<T::Real>) -> T {
-        (n * g.ln_cos_h()).exp() * peak
+    fn density<T: Scalar>((m, peak): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
+        // n ln cos = 2 (tan^2/m^2 - tan^2) ln(cos)/tan^2, and the same with the squared slope in units of two
+        // roughnesses. At the normal ln(cos)/tan^2 is -1/2, which below 1e-12 it equals to the last digit.
+        let tan2 = g.tan2_h();
+        let exact: T::Real = g.ln_cos_h() / tan2;
+        let ratio = T::Real::if_less(tan2, T::Real::literal(1e-12), T::Real::literal(-0.5), exact).times(2.0);
+        ((R::squared_slope(m, g) - tan2) * ratio).exp() * *peak
+    }
+
+    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+        let m = R::prepare(&mut shapes);
+        let m2 = R::product(&m);
+        // D cos^4 = 1/(pi m^2) (1 + t^2)^-(n + 4)/2, in units t = m u.
+        let power = -(m2.recip().plus(1.0));
+        let table = SlopeTable::new(|u2: T::Real| ((m2 * u2).plus(1.0).ln() * power).exp().times(FRAC_1_PI));
+        (m, table)
     }
 
     #[inline(always)]
-    fn stretched_cos<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
-        gaussian_slopes(m, cos, sin2)
+    fn stretched_cosines<T: Scalar>((m, table): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
+        let of = |v: [T::Real; 3]| table.stretched_cos(R::projected_slope2(m, v), v[2]);
+        (of(g.wi), of(g.wo))
     }
 }

@@ -7,13 +7,13 @@
 //!
 //! Torrance and Sparrow 1967 (doi:10.1364/JOSA.57.001105); Blinn 1977. In print it is not normalised: N is
 //! computed here by quadrature, which close to m = 0 is pi m^2 (0.7 % above N at m = 0.1, 6 % at 0.3).
-//! Its Smith integral has no closed form; the Beckmann one with the same m stands in, which it tends to
-//! for small m, where angle and slope are alike.
+//! Its Smith integral has no closed form and is tabulated ([`SlopeTable`]); for small m, where angle and slope are
+//! alike, it tends to Beckmann's.
 
-use super::beckmann::gaussian_slopes;
-use super::{Constants, FacetDistribution};
+use super::{FacetDistribution, Isotropic, Roughness, SlopeTable};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
+use crate::model::{ParamSpec, Values};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 
@@ -35,19 +35,46 @@ fn normalisation<T: Scalar>(m: T) -> T {
 }
 
 impl FacetDistribution for Gaussian {
-    fn prepare<T: Scalar>(m: T) -> Constants<T> {
-        [(m * m).recip(), normalisation(m).recip(), m]
+    const SHAPES: usize = 1;
+    const SLOPES_TAKE_LONG: bool = true;
+    /// 1/m^2 and D at the normal.
+    type Prepared<T: Scalar> = [T; 2];
+    /// The table, and the scale on which it stands.
+    type Slopes<T: Scalar> = (SlopeTable<T>, T::Real);
+
+    fn parameters() -> Vec<ParamSpec> {
+        Isotropic::parameters()
+    }
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        let [m] = shapes.take();
+        [(m * m).recip(), normalisation(m).recip()]
     }
 
     #[inline(always)]
-    fn density<T: Scalar>(&[inverse_m2, peak, _]: &Constants<T>, g: &Geometry<T::Real>) -> T {
+    fn density<T: Scalar>(&[inverse_m2, peak]: &[T; 2], g: &Geometry<T::Real>) -> T {
         let alpha = g.sin2_h().sqrt().atan2(g.cos_h());
         let alpha2: T::Real = alpha * alpha;
         (-(inverse_m2 * alpha2)).exp() * peak
     }
 
+    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+        let [m] = shapes.take();
+        let (inverse_m2, peak): (T, T) = ((m * m).recip(), normalisation(m).recip());
+        // The angle is that of a slope on a scale which is held: what changes with m is the distribution.
+        let scale2: T::Real = m.value() * m.value();
+        let table = SlopeTable::new(|u2: T::Real| {
+            let t2: T::Real = u2 * scale2;
+            let alpha: T::Real = t2.sqrt().atan2(T::Real::literal(1.0));
+            let alpha2: T::Real = alpha * alpha;
+            let cos2: T::Real = t2.plus(1.0).recip();
+            (-(inverse_m2 * alpha2)).exp() * peak * cos2 * cos2 * scale2
+        });
+        (table, scale2)
+    }
+
     #[inline(always)]
-    fn stretched_cos<T: Scalar>(&[.., m]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
-        gaussian_slopes(m, cos, sin2)
+    fn stretched_cosines<T: Scalar>((table, scale2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
+        table.stretched_cosines(T::from_real(*scale2), g)
     }
 }

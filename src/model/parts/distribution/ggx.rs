@@ -1,49 +1,56 @@
 //! GGX, the Trowbridge-Reitz distribution.
 //!
 //! ```text
-//! D = m^2 / (pi (m^2 cos^2 + sin^2)^2)        of the half vector's polar angle
-//! cos (1 + 2 Lambda) = sqrt(cos^2 + m^2 sin^2)
+//! d=ggx:             D = m^2 / (pi (m^2 cos^2 + sin^2)^2)        of the half vector's polar angle
+//!                    cos (1 + 2 Lambda) = sqrt(cos^2 + m^2 sin^2)
+//! d=ggx-anisotropic: D = 1 / (pi mx my (hx^2/mx^2 + hy^2/my^2 + hz^2)^2)
+//!                    cos (1 + 2 Lambda) = sqrt(vz^2 + mx^2 vx^2 + my^2 vy^2)
 //! ```
 //!
 //! Trowbridge and Reitz 1975 (doi:10.1364/JOSA.65.000531); Walter et al. 2007, eq. 33 and 34
-//! (doi:10.2312/EGWR/EGSR07/195-206). The usual cos^2 (m^2 - 1) + 1 loses all digits of a sharp peak; the
-//! sum of squares above does not. m -> 0: a mirror, peak 1/(pi m^2). m = 1: constant 1/pi.
+//! (doi:10.2312/EGWR/EGSR07/195-206); two roughnesses: Burley 2012, Heitz 2014. The usual cos^2 (m^2 - 1) + 1 loses
+//! all digits of a sharp peak; the sum of squares above does not. m -> 0: a mirror, peak 1/(pi m^2). m = 1: constant
+//! 1/pi.
 
-use super::{Constants, FacetDistribution};
+use super::{FacetDistribution, Roughness};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
+use crate::model::{ParamSpec, Values};
 use std::f64::consts::FRAC_1_PI;
+use std::marker::PhantomData;
 
-pub(super) struct Ggx;
+pub(super) struct Ggx<R>(PhantomData<R>);
 
-impl FacetDistribution for Ggx {
-    fn prepare<T: Scalar>(m: T) -> Constants<T> {
-        let m2: T = m * m;
-        [m2, m2.times(FRAC_1_PI), m]
+impl<R: Roughness> FacetDistribution for Ggx<R> {
+    const SHAPES: usize = R::SHAPES;
+    type Prepared<T: Scalar> = (R::Prepared<T>, T);
+    type Slopes<T: Scalar> = R::Prepared<T>;
+
+    fn parameters() -> Vec<ParamSpec> {
+        R::parameters()
+    }
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Prepared<T> {
+        let m = R::prepare(&mut shapes);
+        (m, R::product(&m).times(FRAC_1_PI))
     }
 
     #[inline(always)]
-    fn density<T: Scalar>(&[m2, m2_over_pi, _]: &Constants<T>, g: &Geometry<T::Real>) -> T {
-        let cos2: T::Real = g.cos_h() * g.cos_h();
-        let denominator: T = m2 * cos2 + g.sin2_h();
-        m2_over_pi / (denominator * denominator)
+    fn density<T: Scalar>((m, m2_over_pi): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
+        let denominator = R::stretched(m, g);
+        *m2_over_pi / (denominator * denominator)
+    }
+
+    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
+        R::prepare(&mut shapes)
     }
 
     #[inline(always)]
-    fn stretched_cos<T: Scalar>(constants: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
-        stretched_cos2(constants, cos, sin2).sqrt()
+    fn stretched_cosines<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
+        let squared = |v: [T::Real; 3]| {
+            let cos2: T::Real = v[2] * v[2];
+            R::projected_slope2(m, v) + cos2
+        };
+        T::sqrt_pair(squared(g.wi), squared(g.wo))
     }
-
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> (T, T) {
-        let of = |cos, sin2| stretched_cos2(constants, cos, sin2);
-        T::sqrt_pair(of(g.cos_i(), g.sin2_i()), of(g.cos_o(), g.sin2_o()))
-    }
-}
-
-/// (cos (1 + 2 Lambda))^2
-#[inline(always)]
-fn stretched_cos2<T: Scalar>(&[m2, ..]: &Constants<T>, cos: T::Real, sin2: T::Real) -> T {
-    let cos2: T::Real = cos * cos;
-    m2 * sin2 + cos2
 }

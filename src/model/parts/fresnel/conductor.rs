@@ -43,7 +43,7 @@ impl FresnelReflectance for Conductor {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(&[eta, k]: &[T; 2], mu: T::Real) -> [T; 2] {
+    fn factors<T: Scalar>(&[eta, k]: &[T; 2], mu: T::Real) -> [T; 3] {
         let mu2: T::Real = mu * mu;
         let s2 = (-mu2).plus(1.0).greater(T::Real::literal(0.0));
         let s4: T::Real = s2 * s2;
@@ -62,6 +62,6 @@ impl FresnelReflectance for Conductor {
         let cross_p = cross_s * s2;
         let sum_p = modulus * mu2 + s4;
         let rp = rs * (sum_p - cross_p) / (sum_p + cross_p);
-        [(rs + rp).times(0.5), T::constant(0.0)]
+        [(rs + rp).times(0.5), T::constant(0.0), T::constant(0.0)]
     }
 }

@@ -33,13 +33,13 @@ impl FresnelReflectance for Dielectric {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(&[r, scale]: &[T; 2], mu: T::Real) -> [T; 2] {
+    fn factors<T: Scalar>(&[r, scale]: &[T; 2], mu: T::Real) -> [T; 3] {
         let m = scale * mu;
         let g = (m * m + r.times(4.0)).sqrt();
         let sum = g + m;
         let difference = r.times(4.0) / sum;
         let s_polarised = difference / sum;
         let p_ratio = (sum * mu - scale) / (difference * mu + scale);
-        [s_polarised.squared() * (p_ratio.squared()).plus(1.0).times(0.5), T::constant(0.0)]
+        [s_polarised.squared() * (p_ratio.squared()).plus(1.0).times(0.5), T::constant(0.0), T::constant(0.0)]
     }
 }

@@ -1,6 +1,6 @@
 //! Fresnel reflectance F(mu) of a facet, mu = wi.h.
 //!
-//! A Fresnel part gives one or two factors and their coefficients, F = sum_k c_k(amplitudes) F_k(mu; shapes),
+//! A Fresnel part gives one to three factors and their coefficients, F = sum_k c_k(amplitudes) F_k(mu; shapes),
 //! so that an amplitude such as Schlick's f0 stays linear.
 
 mod conductor;
@@ -22,18 +22,18 @@ pub trait FresnelReflectance: 'static {
     /// How many of the parameters are shapes.
     const SHAPES: usize = 0;
 
-    /// How many factors there are, 1 or 2.
+    /// How many factors there are, 1 to 3.
     const FACTORS: usize = 1;
 
     /// What depends on the shapes alone, computed once per block.
     fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2];
 
-    /// The factors at cosine `mu`; the second is ignored where there is one.
-    fn factors<T: Scalar>(constants: &[T; 2], mu: T::Real) -> [T; 2];
+    /// The factors at cosine `mu`; those beyond `FACTORS` are ignored.
+    fn factors<T: Scalar>(constants: &[T; 2], mu: T::Real) -> [T; 3];
 
     /// The coefficients of the factors.
-    fn coefficients<T: Scalar>(_: &mut Values<'_, T>) -> [T; 2] {
-        [T::constant(1.0), T::constant(0.0)]
+    fn coefficients<T: Scalar>(_: &mut Values<'_, T>) -> [T; 3] {
+        [1.0, 0.0, 0.0].map(T::constant)
     }
 }
 
@@ -45,14 +45,14 @@ impl<F: FresnelReflectance> Part for Reflectance<F> {
     const FUNCTIONS: usize = F::FACTORS;
     const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = [T; 2];
-    type Output<T: Scalar> = [T; 2];
+    type Output<T: Scalar> = [T; 3];
 
     fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
         F::prepare(shapes)
     }
 
     #[inline(always)]
-    fn at<T: Scalar>(constants: &[T; 2], g: &Geometry<T::Real>) -> [T; 2] {
+    fn at<T: Scalar>(constants: &[T; 2], g: &Geometry<T::Real>) -> [T; 3] {
         F::factors(constants, g.cos_d)
     }
 }
@@ -61,7 +61,7 @@ macro_rules! fresnels {
     ($($name:literal => $module:ident::$part:ident),* $(,)?) => {
         parts! {
             /// Any Fresnel reflectance.
-            Fresnel: $($name => $module::$part),*
+            Fresnel: $($name => $part),*
         }
 
         impl Fresnel {
@@ -77,7 +77,7 @@ macro_rules! fresnels {
             }
 
             /// The coefficients of the factors.
-            pub fn coefficients<T: Scalar>(self, amplitudes: &mut Values<'_, T>) -> [T; 2] {
+            pub fn coefficients<T: Scalar>(self, amplitudes: &mut Values<'_, T>) -> [T; 3] {
                 match self { $(Self::$part => $module::$part::coefficients(amplitudes)),* }
             }
         }

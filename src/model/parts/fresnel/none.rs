@@ -16,7 +16,7 @@ impl FresnelReflectance for None {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(_: &[T; 2], _: T::Real) -> [T; 2] {
-        [T::constant(1.0), T::constant(0.0)]
+    fn factors<T: Scalar>(_: &[T; 2], _: T::Real) -> [T; 3] {
+        [1.0, 0.0, 0.0].map(T::constant)
     }
 }

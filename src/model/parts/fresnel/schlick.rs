@@ -21,14 +21,14 @@ impl FresnelReflectance for Schlick {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(_: &[T; 2], mu: T::Real) -> [T; 2] {
+    fn factors<T: Scalar>(_: &[T; 2], mu: T::Real) -> [T; 3] {
         // wi.h can exceed 1 by an ulp.
         let s = (-mu).plus(1.0).greater(T::Real::literal(0.0)).fifth_power();
-        [T::from_real((-s).plus(1.0)), T::from_real(s)]
+        [T::from_real((-s).plus(1.0)), T::from_real(s), T::constant(0.0)]
     }
 
-    fn coefficients<T: Scalar>(amplitudes: &mut Values<'_, T>) -> [T; 2] {
+    fn coefficients<T: Scalar>(amplitudes: &mut Values<'_, T>) -> [T; 3] {
         let [f0] = amplitudes.take();
-        [f0, T::constant(1.0)]
+        [f0, T::constant(1.0), T::constant(0.0)]
     }
 }

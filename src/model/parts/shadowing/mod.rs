@@ -1,47 +1,53 @@
 //! Shadowing and masking, as the visibility V = G/(4 ci co): the quotient of two numbers that both vanish
 //! at grazing is written so that it does not.
 
+mod implicit;
+mod kelemen;
+mod neumann;
 mod none;
+mod schlick_smith;
 mod smith;
 mod smith_uncorrelated;
 mod v_cavity;
 
-use super::distribution::{Constants, Distribution, FacetDistribution};
+use super::distribution::{Distribution, FacetDistribution};
 use super::parts;
 use crate::geometry::Geometry;
-use crate::math::Scalar;
+use crate::math::{Real, Scalar};
 use crate::model::{Part, Values, Visitor};
 use std::marker::PhantomData;
 
 /// Which facets are seen by both the light and the viewer.
-pub trait Masking: 'static {
-    /// Whether it knows the roughness.
-    const ROUGH: bool;
-
-    /// G/(4 ci co), 1/sr per unit of D F.
-    fn visibility<D: FacetDistribution, T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> T;
+pub trait Shadows: 'static {
+    /// Shows the visibility of distribution `D` as a part whose shapes are a lobe's first.
+    fn show<D: FacetDistribution>(visitor: &mut impl Visitor);
 }
 
-/// Shadowing and masking of a distribution as a part of a lobe.
-pub struct Visibility<G, D>(PhantomData<(G, D)>);
+/// Shadowing that knows the directions alone.
+pub trait Geometric: 'static {
+    /// G/(4 ci co), 1/sr per unit of D F.
+    fn visibility<R: Real>(g: &Geometry<R>) -> R;
+}
 
-impl<G: Masking, D: FacetDistribution> Part for Visibility<G, D> {
-    const SHAPES: usize = if G::ROUGH { 1 } else { 0 };
-    type Prepared<T: Scalar> = Constants<T>;
+impl<G: Geometric> Shadows for G {
+    fn show<D: FacetDistribution>(visitor: &mut impl Visitor) {
+        visitor.part::<OfDirections<G>>(0);
+    }
+}
+
+/// Such a shadowing as a part of a lobe.
+pub struct OfDirections<G>(PhantomData<G>);
+
+impl<G: Geometric> Part for OfDirections<G> {
+    const SHAPES: usize = 0;
+    type Prepared<T: Scalar> = ();
     type Output<T: Scalar> = [T; 1];
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
-        if G::ROUGH {
-            let [m] = shapes.take();
-            D::prepare(m)
-        } else {
-            [T::constant(0.0); 3]
-        }
-    }
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 
     #[inline(always)]
-    fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
-        [G::visibility::<D, T>(constants, g)]
+    fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
+        [T::from_real(G::visibility(g))]
     }
 }
 
@@ -49,7 +55,7 @@ macro_rules! shadowings {
     ($($name:literal => $module:ident::$part:ident),* $(,)?) => {
         parts! {
             /// Any shadowing and masking.
-            Shadowing: $($name => $module::$part),*
+            Shadowing: $($name => $part),*
         }
 
         impl Shadowing {
@@ -64,6 +70,10 @@ macro_rules! shadowings {
 shadowings! {
     "smith" => smith::Smith,
     "smith-uncorrelated" => smith_uncorrelated::SmithUncorrelated,
+    "schlick-smith" => schlick_smith::SchlickSmith,
     "v-cavity" => v_cavity::VCavity,
+    "kelemen" => kelemen::Kelemen,
+    "neumann" => neumann::Neumann,
+    "implicit" => implicit::Implicit,
     "none" => none::None,
 }

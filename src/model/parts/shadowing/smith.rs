@@ -4,19 +4,36 @@
 //! (<https://jcgt.org/published/0003/02/03/>). With C = cos (1 + 2 Lambda), finite at grazing,
 //! 4 ci co/G = 2 (co C_i + ci C_o).
 
-use super::{Constants, FacetDistribution, Masking};
+use super::Shadows;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
+use crate::model::parts::distribution::FacetDistribution;
+use crate::model::{Part, Values, Visitor};
+use std::marker::PhantomData;
 
 pub(super) struct Smith;
 
-impl Masking for Smith {
-    const ROUGH: bool = true;
+impl Shadows for Smith {
+    fn show<D: FacetDistribution>(visitor: &mut impl Visitor) {
+        visitor.part::<Visibility<D>>(0);
+    }
+}
+
+struct Visibility<D>(PhantomData<D>);
+
+impl<D: FacetDistribution> Part for Visibility<D> {
+    const SHAPES: usize = D::SHAPES;
+    const PREPARES_LONG: bool = D::SLOPES_TAKE_LONG;
+    type Prepared<T: Scalar> = D::Slopes<T>;
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> D::Slopes<T> {
+        D::prepare_slopes(shapes)
+    }
 
     #[inline(always)]
-    fn visibility<D: FacetDistribution, T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> T {
-        let (cos_i, cos_o) = (g.cos_i(), g.cos_o());
-        let (light, view) = D::stretched_cosines(constants, g);
-        (light * cos_o + view * cos_i).recip().times(0.5)
+    fn at<T: Scalar>(slopes: &D::Slopes<T>, g: &Geometry<T::Real>) -> [T; 1] {
+        let (light, view) = D::stretched_cosines(slopes, g);
+        [(light * g.cos_o() + view * g.cos_i()).recip().times(0.5)]
     }
 }

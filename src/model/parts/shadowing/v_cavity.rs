@@ -7,21 +7,19 @@
 //!
 //! Torrance and Sparrow 1967; Cook and Torrance 1982, eq. 9. Knows nothing of the roughness; has kinks.
 
-use super::{Constants, FacetDistribution, Masking};
+use super::Geometric;
 use crate::geometry::Geometry;
-use crate::math::{Real, Scalar};
+use crate::math::Real;
 
 pub(super) struct VCavity;
 
-impl Masking for VCavity {
-    const ROUGH: bool = false;
-
+impl Geometric for VCavity {
     #[inline(always)]
-    fn visibility<D: FacetDistribution, T: Scalar>(_: &Constants<T>, g: &Geometry<T::Real>) -> T {
+    fn visibility<R: Real>(g: &Geometry<R>) -> R {
         let (cos_i, cos_o) = (g.cos_i(), g.cos_o());
         // The lesser of the two shaded cases divides by the greater cosine.
-        let product: T::Real = cos_i * cos_o;
-        let shaded: T::Real = (g.cos_h() / (g.cos_d * cos_i.greater(cos_o))).times(0.5);
-        T::from_real(shaded.lesser(product.recip().times(0.25)))
+        let product: R = cos_i * cos_o;
+        let shaded: R = (g.cos_h() / (g.cos_d * cos_i.greater(cos_o))).times(0.5);
+        shaded.lesser(product.recip().times(0.25))
     }
 }

@@ -1,0 +1,97 @@
+//! ABC: the smooth-surface scattering of optics as a facet distribution.
+//!
+//! ```text
+//! D = (1 + b (1 - cos))^-c / N,   N = 2 pi int_0^1 (1 + b (1 - u))^-c u du
+//! ```
+//!
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | b | 1 | 1e-2..1e9 | the peak's inverse width: it falls off from theta_h = sqrt(2/b) on |
+//! | c | 1 | 0.05..20 | decline of the tail; 1 like GGX in the angle's square root scale, larger steeper |
+//!
+//! Low, Kronander, Ynnerman and Unger 2012, BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces
+//! (doi:10.1145/2077341.2077350), eq. 19, where it is not normalised: their A is ks/(4 N) here (`low-microfacet` has
+//! their convention). Where b (1 - cos) is large throughout, b and c^-1/b trade off against each other and against the
+//! lobe's scale. Smith's integral is tabulated ([`SlopeTable`]).
+
+use super::{FacetDistribution, SlopeTable};
+use crate::geometry::Geometry;
+use crate::math::{GaussLegendre, Real, Scalar};
+use crate::model::{ParamSpec, Scale, Sharper, Values};
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+pub(crate) struct Abc;
+
+static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(96));
+
+/// N of b and c.
+pub(crate) fn normaliser<T: Scalar>(b: T, c: T) -> T {
+    // With e^v = 1 + b (1 - u) and v = length s: int e^((1 - c) v) (1 - (e^v - 1)/b) dv/b
+    let length = b.plus(1.0).ln();
+    let one_less_c = -(c.plus(-1.0));
+    let integral = RULE.integrate(T::constant(0.0), T::constant(1.0), |s: T| {
+        let v: T = length * s;
+        let u = -((v.exp().plus(-1.0)) / b).plus(-1.0);
+        (one_less_c * v).exp() * u
+    });
+    (integral * length / b).times(2.0 * PI)
+}
+
+/// (1 + b (1 - cos))^-c
+#[inline(always)]
+pub(crate) fn unnormalised<T: Scalar>(b: T, c: T, one_less_cos: T::Real) -> T {
+    (-(c * (b * one_less_cos).plus(1.0).ln())).exp()
+}
+
+/// 1 - cos of the half vector's polar angle, exact near the normal.
+#[inline(always)]
+pub(crate) fn one_less_cos<R: Real>(g: &Geometry<R>) -> R {
+    g.sin2_h() / g.cos_h().plus(1.0)
+}
+
+impl FacetDistribution for Abc {
+    const SHAPES: usize = 2;
+    const SLOPES_TAKE_LONG: bool = true;
+    /// b, c, 1/N.
+    type Prepared<T: Scalar> = [T; 3];
+    /// The table, and the squared scale on which it stands.
+    type Slopes<T: Scalar> = (SlopeTable<T>, T::Real);
+
+    fn parameters() -> Vec<ParamSpec> {
+        vec![
+            ParamSpec::shape("b", "inverse width of the peak", (1e-2, 1e9), (10.0, 1e5), 200.0, Scale::Log)
+                .sharper_when(Sharper::Larger),
+            ParamSpec::shape("c", "decline of the tail", (0.05, 20.0), (0.5, 5.0), 1.5, Scale::Log),
+        ]
+    }
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 3] {
+        let [b, c] = shapes.take();
+        [b, c, normaliser(b, c).recip()]
+    }
+
+    #[inline(always)]
+    fn density<T: Scalar>(&[b, c, peak]: &[T; 3], g: &Geometry<T::Real>) -> T {
+        unnormalised(b, c, one_less_cos(g)) * peak
+    }
+
+    fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {
+        let [b, c, peak] = Self::prepare(shapes);
+        // The peak's width; no wider than the hemisphere.
+        let scale2: T::Real = (b.value().recip().times(2.0)).lesser(T::Real::literal(1.0));
+        let table = SlopeTable::new(|u2: T::Real| {
+            let t2: T::Real = u2 * scale2;
+            let cos2: T::Real = t2.plus(1.0).recip();
+            // 1 - cos = sin^2/(1 + cos)
+            let one_less_cos: T::Real = t2 * cos2 / cos2.sqrt().plus(1.0);
+            unnormalised(b, c, one_less_cos) * peak * cos2 * cos2 * scale2
+        });
+        (table, scale2)
+    }
+
+    #[inline(always)]
+    fn stretched_cosines<T: Scalar>((table, scale2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
+        table.stretched_cosines(T::from_real(*scale2), g)
+    }
+}

@@ -1,0 +1,73 @@
+//! GTR, the generalised Trowbridge-Reitz distribution: GGX with a tail of any length.
+//!
+//! ```text
+//! D = 1/(N (cos^2 + sin^2/m^2)^gamma),   N = pi m^2 (1 - m^(2 gamma - 2))/((gamma - 1)(1 - m^2))
+//! ```
+//!
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | m | 1 | 1e-4..1 | width of the peak |
+//! | gamma | 1 | 0.2..10 | 2 is GGX; smaller values have longer tails, 1 is Disney's clearcoat |
+//!
+//! Burley 2012, Physically Based Shading at Disney, appendix B, whose first version misprints the normalisation. In
+//! print N is 0/0 at gamma = 1 and at m = 1; with L = -2 ln m and phi(x) = (e^x - 1)/x it is
+//! pi m^2 phi(-(gamma - 1) L)/phi(-L), smooth at both. Changing m does not stretch it; its Smith integral has
+//! no closed form and is tabulated ([`SlopeTable`]), where Disney uses that of GGX at another roughness.
+
+use super::roughness::roughness;
+use super::{FacetDistribution, SlopeTable, relative_exp_m1};
+use crate::geometry::Geometry;
+use crate::math::Scalar;
+use crate::model::{ParamSpec, Scale, Sharper, Values};
+use std::f64::consts::PI;
+
+pub(super) struct Gtr;
+
+/// D at the normal, 1/N.
+fn peak<T: Scalar>(m: T, gamma: T) -> T {
+    let length = m.ln().times(-2.0);
+    let excess = gamma.plus(-1.0) * length;
+    relative_exp_m1(-length) / (relative_exp_m1(-excess) * m * m).times(PI)
+}
+
+impl FacetDistribution for Gtr {
+    const SHAPES: usize = 2;
+    const SLOPES_TAKE_LONG: bool = true;
+    /// 1/m^2, gamma, and D at the normal.
+    type Prepared<T: Scalar> = [T; 3];
+    type Slopes<T: Scalar> = (SlopeTable<T>, T);
+
+    fn parameters() -> Vec<ParamSpec> {
+        let gamma =
+            ParamSpec::shape("gamma", "decline of the tail", (0.2, 10.0), (0.6, 6.0), 2.0, Scale::Log);
+        vec![roughness("m", "width of the peak").sharper_when(Sharper::Smaller), gamma]
+    }
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 3] {
+        let [m, gamma] = shapes.take();
+        [(m * m).recip(), gamma, peak(m, gamma)]
+    }
+
+    #[inline(always)]
+    fn density<T: Scalar>(&[inverse_m2, gamma, peak]: &[T; 3], g: &Geometry<T::Real>) -> T {
+        let cos2: T::Real = g.cos_h() * g.cos_h();
+        let base = inverse_m2 * g.sin2_h() + cos2;
+        (-(gamma * base.ln())).exp() * peak
+    }
+
+    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+        let [m, gamma] = shapes.take();
+        let (m2, peak): (T, T) = (m * m, peak(m, gamma));
+        // cos^2 + sin^2/m^2 = (1 + u^2)/(1 + m^2 u^2) with the slope m u
+        let table = SlopeTable::new(|u2: T::Real| {
+            let (near, far): (T, T) = (T::from_real(u2.plus(1.0)), (m2 * u2).plus(1.0));
+            (gamma.plus(-2.0) * far.ln() - gamma * near.ln()).exp() * peak * m2
+        });
+        (table, m2)
+    }
+
+    #[inline(always)]
+    fn stretched_cosines<T: Scalar>((table, m2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
+        table.stretched_cosines(*m2, g)
+    }
+}
