@@ -113,6 +113,9 @@ fn random_geometry(rng: &mut Pcg64Mcg, kind: usize) -> Geometry<f64> {
 
 /// |ln| of the exponential or power factor of a model: so many digits its argument costs the result.
 fn log_factor(model: &AnyModel, choices: &Choices, g: &Geometry<f64>, shapes: &[f64]) -> f64 {
+    let [x, y, z] = g.wi;
+    let mirrored = Geometry::new([-x, -y, z], g.wo);
+    let g = if model.name() == "retro" { &mirrored } else { g };
     let theta_h = g.sin2_h().sqrt().atan2(g.cos_h());
     match (model.name(), choices.get("d")) {
         (_, "beckmann") => g.tan2_h() / shapes[0].powi(2),
