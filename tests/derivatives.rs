@@ -130,11 +130,8 @@ fn log_factor(model: &AnyModel, choices: &Choices, g: &Geometry<f64>, shapes: &[
         }
         ("blinn-phong", _) => shapes[0] * g.ln_cos_h().abs(),
         ("lafortune", _) => {
-            let (c, n) = match shapes {
-                [cxy, cz, n] => ([*cxy, *cxy, *cz], n),
-                [cx, cy, cz, n] => ([*cx, *cy, *cz], n),
-                _ => unreachable!(),
-            };
+            let (weights, n) = shapes.split_at(shapes.len() - 1);
+            let (c, n) = ([weights[0], weights[weights.len() - 2], weights[weights.len() - 1]], n[0]);
             let largest = c.iter().fold(0.0_f64, |largest, c| largest.max(c.abs()));
             let terms = [0, 1, 2].map(|i| c[i] * g.wi[i] * g.wo[i] / largest);
             let q: f64 = terms.iter().sum();

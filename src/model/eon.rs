@@ -1,4 +1,5 @@
-//! EON: energy-preserving Oren-Nayar, a rough diffuse surface that gives back what bounces between its facets.
+//! EON: energy-preserving Oren-Nayar, a rough diffuse surface that gives back what bounces between its
+//! facets.
 //!
 //! With the single bounce f_1 of `oren-nayar(variant=fujii)` at albedo 1 and its directional albedo E:
 //!
@@ -16,8 +17,8 @@
 //! | r | 1 | 0..1 | roughness; 0 is Lambert, and so is a small one that data do not tell from it |
 //!
 //! Portsmouth, Kutz and Hill 2025, EON: A Practical Energy-Preserving Rough Diffuse BRDF, JCGT 14(1)
-//! (<https://arxiv.org/abs/2410.18026>); the exact G, not its polynomial. 1 - E = A r (k1 - G/pi) and
-//! 1 - Ea = A r (k1 - k2), so that r = 0 is no 0/0, and (s/c)(1 - s^3) = s c (1 + s + s^2)/(1 + s) none at grazing.
+//! (<https://arxiv.org/abs/2410.18026>); the exact G, not its polynomial. 1 - E = A r (k1 - G/pi) and 1 - Ea
+//! = A r (k1 - k2), so that r = 0 is no 0/0, and (s/c)(1 - s^3) = s c (1 + s + s^2)/(1 + s) none at grazing.
 //!
 //! albedo enters together with r, through b: here it is a shape with a value per channel. Reciprocal; energy
 //! conserving, without loss at albedo 1; finite at grazing. Beyond albedo 1 there is no such surface.
@@ -139,8 +140,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    /// E(mu = 0.5) of the single bounce at r = 0.7, to 30 digits with mpmath from the paper's closed form; the form
-    /// here must agree with it, and both with the integral (tests/physics.rs).
+    /// E(mu = 0.5) of the single bounce at r = 0.7, to 30 digits with mpmath from the paper's closed form;
+    /// the form here must agree with it, and both with the integral (tests/physics.rs).
     #[test]
     fn single_bounce_albedo() {
         let r = 0.7;

@@ -15,18 +15,21 @@
 //! | cz | 1 | -10..10 | 1 mirror-like, below 1 bent towards grazing, above 1 towards the normal |
 //! | n | 1 | 1..1e6 | exponent |
 //!
-//! Lafortune, Foo, Torrance and Greenberg 1997, eq. 7 and 8 (doi:10.1145/258734.258801), with the normalisation of Ngan et
-//! al. 2005 (doi:10.2312/EGWR/EGSR05/117-126): ks here is their published albedo, and their Cxy, Cz and n are typed in as
-//! printed, though each is some 0.577. Divided by N the cosine stays below 1; n-th powers apart would underflow.
+//! Lafortune, Foo, Torrance and Greenberg 1997, eq. 7 and 8 (doi:10.1145/258734.258801), with the
+//! normalisation of Ngan et al. 2005 (doi:10.2312/EGWR/EGSR05/117-126): ks here is their published albedo,
+//! and their Cxy, Cz and n are typed in as printed, though each is some 0.577. Divided by N the cosine stays
+//! below 1; n-th powers apart would underflow.
 //!
-//! What is identifiable: doubling cx, cy and cz changes nothing, only their ratios have a meaning. One of them, the
-//! forward one, is therefore fixed at -1; to bend a lobe beyond what |cz| <= 10 allows, or to fit a retro-reflective one,
-//! set it with --fix cxy=1, or fix cz and free cxy. All three free have no standard errors. Where abs(cz) passes N the
-//! derivative of f with respect to cz jumps by a multiple of f, which ks makes good: the fit goes across.
-//! n below 1 is excluded because f would have infinite slopes where q reaches 0; a lobe as wide as that is Lambert's.
+//! What is identifiable: doubling cx, cy and cz changes nothing, only their ratios have a meaning. One of
+//! them, the forward one, is therefore fixed at -1; to bend a lobe beyond what |cz| <= 10 allows, or to fit a
+//! retro-reflective one, set it with --fix cxy=1, or fix cz and free cxy. All three free have no standard
+//! errors. A lobe that is bent and sharp, n |1 - |cz/cxy|| beyond some 20, peaks only where directions are
+//! not measured, and is not identifiable either. Where abs(cz) passes N the derivative of f with respect to
+//! cz jumps by a multiple of f, which ks makes good: the fit goes across. n below 1 is excluded because f
+//! would have infinite slopes where q reaches 0; a lobe as wide as that is Lambert's.
 //!
-//! Reciprocal; finite at grazing; energy conserving for ks <= 1 and abs(cz) = N. It has no Fresnel rise but what a lobe
-//! bent towards grazing imitates.
+//! Reciprocal; finite at grazing; energy conserving for ks <= 1 and abs(cz) = N. It has no Fresnel rise but
+//! what a lobe bent towards grazing imitates.
 
 use super::phong::Exponent;
 use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Sharper, Values, Visitor};

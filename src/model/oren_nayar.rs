@@ -18,11 +18,11 @@
 //! | albedo | 1 | 0..2 | of the facets, not of the surface |
 //! | sigma | deg | 0..90 | standard deviation of the facets' angle; 10 smooth plaster, 40 clay or sand |
 //!
-//! Departure: some texts print 0.57 for 0.33 in the qualitative model, a partial compensation for the
-//! dropped interreflection that the paper offers; 0.33 it is here. At sigma = 0 both are Lambert.
-//! All are reciprocal. Grazing: f stays finite, since tan b multiplies the *smaller* angle. The full variant can fall below
-//! zero, and reflect more than it receives, close to grazing: it is a fit to a numerical integral. The others reflect
-//! less than they receive, fujii never less than nothing.
+//! Departure: some texts print 0.57 for 0.33 in the qualitative model, a partial compensation for the dropped
+//! interreflection that the paper offers; 0.33 it is here. At sigma = 0 both are Lambert. All are reciprocal.
+//! Grazing: f stays finite, since tan b multiplies the *smaller* angle. The full variant can fall below zero,
+//! and reflect more than it receives, close to grazing: it is a fit to a numerical integral. The others
+//! reflect less than they receive, fujii never less than nothing.
 
 use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor};
 use crate::geometry::Geometry;

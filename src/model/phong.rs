@@ -12,10 +12,10 @@
 //! | n | 1 | 0.01..1e6 | exponent; 5 nearly diffuse, 50 satin, 1000 polished |
 //!
 //! Phong 1975 (doi:10.1145/360825.360839) in the "modified" form of Lafortune and Willems 1994: a BRDF, not a
-//! shading of f cos, and normalised. Reciprocal. Energy conserving for ks <= 1: the albedo is ks at normal incidence and
-//! falls towards grazing, where half of the lobe lies below the surface. Finite everywhere; n -> 0: Lambert, but for the
-//! step where wo leaves the lobe's hemisphere. No peak at grazing incidence that real surfaces have: see the microfacet
-//! models.
+//! shading of f cos, and normalised. Reciprocal. Energy conserving for ks <= 1: the albedo is ks at normal
+//! incidence and falls towards grazing, where half of the lobe lies below the surface. Finite everywhere; n
+//! -> 0: Lambert, but for the step where wo leaves the lobe's hemisphere. No peak at grazing incidence that
+//! real surfaces have: see the microfacet models.
 
 use super::{Choices, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 use crate::geometry::Geometry;

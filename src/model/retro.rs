@@ -1,30 +1,31 @@
 //! Retro-reflection: a lobe back to the light, as of glass beads and prism sheets.
 //!
-//! A microfacet lobe of light that has first been mirrored about the normal. With r = (-xi, -yi, zi) and the back vector
-//! b = normalise(r + wo) in place of the half vector:
+//! A microfacet lobe of light that has first been mirrored about the normal. With r = (-xi, -yi, zi) and the
+//! back vector b = normalise(r + wo) in place of the half vector:
 //!
 //! ```text
 //! f = ks D(b) G/(4 ci co)
 //! ```
 //!
-//! b = n where wo = wi. The distribution D and G are those of [`cook_torrance`](super::cook_torrance), taken at b;
-//! `g=min` is G = min(ci, co), which leaves 1/(4 max(ci, co)).
+//! b = n where wo = wi. The distribution D and G are those of [`cook_torrance`](super::cook_torrance), taken
+//! at b; `g=min` is G = min(ci, co), which leaves 1/(4 max(ci, co)).
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
-//! | m | 1 | 1e-4..1 | roughness; half of f's width, since b turns by half the angle between wi and wo; 0.02 prisms, 0.04 beads |
+//! | m | 1 | 1e-4..1 | roughness; b turns by half the angle between wi and wo; 0.04 reflective tape |
 //! | ks | 1 | 0..1000 | albedo of a sharp lobe at normal incidence |
 //!
-//! Belcour, Pacanowski, Delahaie, Laville-Geay and Eupherte 2014 (doi:10.1364/JOSAA.31.002561) measure tapes and propose
-//! the back vector; Portsmouth, Raab, Belcour and Liu 2026 (<https://arxiv.org/abs/2606.08739>) show that any microfacet
-//! lobe taken at it stays reciprocal and energy conserving: that is `g=smith`. The default follows the tape measured by
-//! the former, on which it is the closest of seven ([docs/measured.md](../../docs/measured.md)): a sharp lobe with G near
-//! 1 reflects ks at any angle, one with `g=min` ks cos(theta), and tapes do fall off as the light comes in more obliquely.
+//! Belcour, Pacanowski, Delahaie, Laville-Geay and Eupherte 2014 (doi:10.1364/JOSAA.31.002561) measure tapes
+//! and propose the back vector; Portsmouth, Raab, Belcour and Liu 2026 (<https://arxiv.org/abs/2606.08739>)
+//! show that any microfacet lobe taken at it stays reciprocal and energy conserving: that is `g=smith`. The
+//! default follows the tape measured by the former, on which it is the closest (docs/measured.md): a sharp
+//! lobe with G near 1 reflects ks at any angle, one with `g=min` ks cos(theta), and tapes do fall off as the
+//! light comes in more obliquely.
 //!
-//! Departure: no Fresnel term. The light does not come back from facets, and a term rising where wi and wo are opposed
-//! would rise where the lobe is absent.
-//! Reciprocal. Energy conserving for ks <= 1. Grazing: where both directions graze f grows without bound with `g=min`, and
-//! is finite where one does; the others as in Cook-Torrance. m -> 0: all light goes back where it came from.
+//! Departure: no Fresnel term. The light does not come back from facets, and a term rising where wi and wo
+//! are opposed would rise where the lobe is absent. Reciprocal. Energy conserving for ks <= 1, but with
+//! g=none. Grazing: where both directions graze f grows without bound with `g=min`, and is finite where one
+//! does; the others as in Cook-Torrance. m -> 0: all light goes back where it came from.
 
 use super::parts::distribution::Distribution;
 use super::parts::shadowing::Shadowing;
