@@ -6,7 +6,7 @@ use brdfit::fit::{LeastSquares, Metric, ParameterTable, ReflectanceProblem, Sele
 use brdfit::geometry::{Block, Directions, Geometry, Row, direction};
 use brdfit::math::Scalar;
 use brdfit::measurement::{Filters, Samples};
-use brdfit::model::{AnyModel, BasisBlock, Choices, Expression, REGISTRY, Role, Scale};
+use brdfit::model::{AnyModel, BasisBlock, Choices, Expression, ModelEntry, REGISTRY, Role, Scale};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use nalgebra::DVector;
 use num_dual::{Dual64, DualNum};
@@ -168,6 +168,14 @@ fn by_blocks(model: &AnyModel, g: Geometry<f64>, shapes: &[f64], amplitudes: &[f
     (sum(basis.values(), &coefficients.values), by_shape.chain(by_amplitude).collect())
 }
 
+/// Whether a variant has what no other has: one choice that is not the default, or one of two that know of each other,
+/// a distribution and its shadowing. What remains are products of the same parts.
+fn tells(entry: &ModelEntry, choices: &Choices) -> bool {
+    let changed: Vec<&str> =
+        entry.options.iter().filter(|o| choices.get(o.key) != o.default).map(|o| o.key).collect();
+    changed.len() < 2 || (changed == ["d", "g"] && choices.get("g").starts_with("smith"))
+}
+
 /// Runs a check on every variant of every model at random parameters and directions.
 ///
 /// A choice that differs from the default in one option, or in two that know of each other (a distribution and its
@@ -311,15 +319,16 @@ fn finite_at_the_bounds() {
         ((60.0, 0.0), (grazing, 30.0)),
     ];
     for entry in REGISTRY {
-        for (model, choices) in entry.variants() {
+        for (model, choices) in entry.variants().into_iter().filter(|(_, choices)| tells(entry, choices)) {
             let of = |role: Role| model.parameters().into_iter().filter(move |spec| spec.role == role);
             let bounds: Vec<(f64, f64)> = of(Role::Shape)
                 .map(|spec| (spec.bounds.0 * spec.unit.factor(None), spec.bounds.1 * spec.unit.factor(None)))
                 .collect();
             let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
-            for corner in 0..1_usize << bounds.len() {
-                let corner =
-                    bounds.iter().enumerate().map(|(j, b)| if corner >> j & 1 == 0 { b.0 } else { b.1 });
+            // Shapes beyond the fourth go with the fourth.
+            for corner in 0..1_usize << bounds.len().min(4) {
+                let upper = |j: usize| corner >> j.min(3) & 1 == 1;
+                let corner = bounds.iter().enumerate().map(|(j, b)| if upper(j) { b.1 } else { b.0 });
                 let shapes: Vec<f64> = corner.collect();
                 for (wi, wo) in pairs {
                     let (f, derivatives) =
