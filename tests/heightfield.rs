@@ -94,10 +94,10 @@ fn grooves_of_ggx_facets() {
     assert!(beckmann.reduced_chi2.unwrap() > 10.0);
 }
 
-// Smith takes the heights of neighbouring points, and heights and slopes, for independent. On a real surface they
-// are not: next to a facet that leans towards the light the surface is high or low as the facet says, and a little
-// more gets away than Smith lets (Bourlier, Berginc and Saillard 2002 found the same of the shadowing function).
-// The effect grows with the share of light that is shadowed: 0.1 % of ks at m = 0.2, 0.6 % at 0.4, 3 % at 0.8.
+// Smith takes heights and slopes, and heights at different places, for independent. On a real surface they are not,
+// and a little more light gets away than Smith lets, by a quarter of what is shadowed or less
+// (docs/heightfield.md). ks makes up for it: 0.1 % at m = 0.2, 0.6 % at 0.4, 2.3 % at 0.7. The tolerances are about
+// twice the departures that four times as many rays settle (0.03 % of ks), and m within 3 % throughout.
 #[test]
 fn gaussian_surface_of_slope_0_1() {
     assert_recovered(GAUSSIAN, 0.1, SMITH, [0.003, 0.005], [0.8, 1.15]);
@@ -125,14 +125,10 @@ fn surfaces_tell_shadowing_models_apart() {
     for m in [0.2, 0.4] {
         for (kind, own, other) in [(GROOVES, V_CAVITY, SMITH), (GAUSSIAN, SMITH, V_CAVITY)] {
             let data = traced(kind, m, &GRAZING, 2);
-            let none = "cook-torrance(d=beckmann, g=none, f=none)";
-            let [own, other, none] = [own, other, none].map(|model| fitted(&data, model).cost);
-            println!(
-                "{kind:?} m {m}: chi^2 {own:.0} with its own G, {other:.0} with the other, {none:.0} with none"
-            );
+            let [own, other] = [own, other].map(|model| fitted(&data, model).cost);
+            println!("{kind:?} m {m}: chi^2 {own:.0} with its own G, {other:.0} with the other");
             // The ratio of likelihoods is exp(-50) or less: no accident of the noise.
             assert!(other - own > 100.0, "{kind:?} {m}: {own} {other}");
-            assert!(none - own > 1000.0, "{kind:?} {m}: {own} {none}");
         }
     }
 }
@@ -144,8 +140,7 @@ fn surfaces_tell_shadowing_models_apart() {
 /// ```
 ///
 /// written here by hand (Torrance and Sparrow 1967; Smith 1967, height-correlated). For the grooves to four standard
-/// errors; for the Gaussian surface to what Smith neglects, which is less than a tenth of the shadowed light and
-/// always lets more escape.
+/// errors. The Gaussian surface lets up to 2 % of the light more escape than Smith, and nowhere less.
 #[test]
 fn light_is_conserved() {
     for m in [0.2, 0.4, 0.7] {
@@ -157,13 +152,14 @@ fn light_is_conserved() {
                 let rays = f64::from(u32::try_from(balance.rays).unwrap());
                 let escaped = f64::from(u32::try_from(balance.escaped).unwrap()) / rays;
                 let expected = albedo(kind, m, theta_i.to_radians());
-                let error = (expected * (1.0 - expected) / rays).max(1.0 / (rays * rays)).sqrt();
+                let error = (expected * (1.0 - expected) / rays).sqrt();
                 println!(
                     "{kind:?} m {m} theta_i {theta_i}: escaped {escaped:.5}, theory {expected:.5} +- {error:.5}"
                 );
-                let most = if kind == GROOVES { 0.0 } else { 0.1 * (1.0 - expected) };
-                let more = escaped - expected;
-                assert!(-4.0 * error - 1e-6 < more && more < most + 4.0 * error + 1e-6);
+                let most = if kind == GROOVES { 0.0 } else { 0.02 };
+                // Where next to nothing is shadowed, a handful of rays decides.
+                let slack = 4.0 * error + 5.0 / rays;
+                assert!((-slack..most + slack).contains(&(escaped - expected)));
             }
         }
     }
@@ -195,7 +191,7 @@ fn albedo(kind: Kind, m: f64, theta_i: f64) -> f64 {
         let step = upper / f64::from(n);
         (0..n).map(|i| rule.integrate(step * f64::from(i), step * f64::from(i + 1), of)).sum()
     };
-    2.0 * pieces(60, PI, &|azimuth| pieces(60, 6.0 * m, &|slope| share(slope, azimuth)))
+    2.0 * pieces(40, PI, &|azimuth| pieces(40, 6.0 * m, &|slope| share(slope, azimuth)))
 }
 
 /// The errors given are the scatter that there is, over surfaces and rays of other seeds.

@@ -61,9 +61,9 @@ pub struct Simulation {
     pub seed: u64,
 }
 
-/// Sides of a tile in correlation lengths. Smaller ones repeat themselves before a ray has left them, larger ones
-/// take too much memory.
-pub const TILES: RangeInclusive<usize> = 8..=128;
+/// Sides of a tile in correlation lengths. On smaller ones so few waves fit that their sum is not normally
+/// distributed, larger ones take too much memory.
+pub const TILES: RangeInclusive<usize> = 16..=128;
 /// Roughness of surfaces.
 pub const ROUGHNESS: RangeInclusive<f64> = 0.01..=1.0;
 /// Rays for each angle of incidence; many more would overflow the counts.
