@@ -1,8 +1,9 @@
 //! Rough surfaces of perfect mirrors, really traced, against the analytic forms that describe them.
 //!
-//! The rays know nothing of D and G: what they measure is fitted with the models, in l2 and weighted by sigma. The
-//! noise of a count is known and adds to f itself, so chi^2 of f is the likelihood; log and cbrt would bend the
-//! noise (docs/calibration.md), and equal weights would waste the faint samples and let the few at grazing decide.
+//! The rays know nothing of D and G: what they measure is fitted with the models, in l2 and weighted by
+//! sigma. The noise of a count is known and adds to f itself, so chi^2 of f is the likelihood; log and cbrt
+//! would bend the noise (docs/calibration.md), and equal weights would waste the faint samples and let the
+//! few at grazing decide.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout)]
 
@@ -62,9 +63,9 @@ fn assert_recovered(kind: Kind, m: f64, model: &str, [m_error, ks_error]: [f64; 
     assert!((chi2[0]..chi2[1]).contains(&chi2_found), "reduced chi^2 {chi2_found}");
 }
 
-// Torrance and Sparrow's G is exact for grooves: everything must be found to the errors of counting (0.04 % of m,
-// 0.07 % of ks; four of them allowed) and of the bins (0.13 % of m, and kinks of G inside bins). Of 970 to 3100
-// samples, reduced chi^2 is known to 0.05; rays in strata count a little more evenly than Poisson.
+// Torrance and Sparrow's G is exact for grooves: everything must be found to the errors of counting (0.04 %
+// of m, 0.07 % of ks; four of them allowed) and of the bins (0.13 % of m, and kinks of G inside bins). Of 970
+// to 3100 samples, reduced chi^2 is known to 0.05; rays in strata count a little more evenly than Poisson.
 #[test]
 fn grooves_of_slope_0_1() {
     assert_recovered(GROOVES, 0.1, V_CAVITY, [0.003, 0.004], [0.8, 1.15]);
@@ -94,10 +95,10 @@ fn grooves_of_ggx_facets() {
     assert!(beckmann.reduced_chi2.unwrap() > 10.0);
 }
 
-// Smith takes heights and slopes, and heights at different places, for independent. On a real surface they are not,
-// and a little more light gets away than Smith lets, by a quarter of what is shadowed or less
-// (docs/heightfield.md). ks makes up for it: 0.1 % at m = 0.2, 0.6 % at 0.4, 2.3 % at 0.7. The tolerances are about
-// twice the departures that four times as many rays settle (0.03 % of ks), and m within 3 % throughout.
+// Smith takes heights and slopes, and heights at different places, for independent. On a real surface they
+// are not, and a little more light gets away than Smith lets, by a quarter of what is shadowed or less
+// (docs/heightfield.md). ks makes up for it: 0.1 % at m = 0.2, 0.6 % at 0.4, 2.3 % at 0.7. The tolerances are
+// about twice the departures that four times as many rays settle (0.03 % of ks), and m within 3 % throughout.
 #[test]
 fn gaussian_surface_of_slope_0_1() {
     assert_recovered(GAUSSIAN, 0.1, SMITH, [0.003, 0.005], [0.8, 1.15]);
@@ -118,8 +119,8 @@ fn gaussian_surface_of_slope_0_7() {
     assert_recovered(GAUSSIAN, 0.7, SMITH, [0.03, 0.04], [0.8, 1.6]);
 }
 
-/// At 60 and 75 degrees the two G differ by more than the noise, and each surface asks for its own, with m and ks
-/// free to make up for the other.
+/// At 60 and 75 degrees the two G differ by more than the noise, and each surface asks for its own, with m
+/// and ks free to make up for the other.
 #[test]
 fn surfaces_tell_shadowing_models_apart() {
     for m in [0.2, 0.4] {
@@ -139,8 +140,9 @@ fn surfaces_tell_shadowing_models_apart() {
 /// int P22(u, v) (wi.h)/(ci hz) G du dv
 /// ```
 ///
-/// written here by hand (Torrance and Sparrow 1967; Smith 1967, height-correlated). For the grooves to four standard
-/// errors. The Gaussian surface lets up to 2 % of the light more escape than Smith, and nowhere less.
+/// written here by hand (Torrance and Sparrow 1967; Smith 1967, height-correlated). For the grooves to four
+/// standard errors. The Gaussian surface lets up to 2 % of the light more escape than Smith, and nowhere
+/// less.
 #[test]
 fn light_is_conserved() {
     for m in [0.2, 0.4, 0.7] {
@@ -212,7 +214,8 @@ fn sigma_is_the_scatter_between_seeds() {
             ratio += variance / given / f64::from(u32::try_from(samples).unwrap());
         }
         println!("{kind:?}: variance {ratio:.3} of sigma^2");
-        // Known to sqrt(2/(11 x 500)) = 2 %; strata, and tails whose neighbours are brighter, make it less than 1.
+        // Known to sqrt(2/(11 x 500)) = 2 %; strata, and tails whose neighbours are brighter, make it less
+        // than 1.
         assert!((0.85..1.08).contains(&ratio), "{ratio}");
     }
 }

@@ -41,8 +41,8 @@ enum Slopes {
 }
 
 impl HeightfieldArguments {
-    /// Refuses these options where there is no height field. (The parser's own `requires` is silent about an option
-    /// that excludes one given.)
+    /// Refuses these options where there is no height field. (The parser's own `requires` is silent about an
+    /// option that excludes one given.)
     pub fn check_absent(&self) -> Result<(), Error> {
         let given = [
             ("--theta-i", self.theta_i.is_some()),

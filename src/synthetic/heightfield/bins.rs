@@ -1,15 +1,15 @@
 //! Bins of outgoing directions: squares in the slope of the half vector.
 //!
-//! A mirror facet sends light where the half vector is its own normal, so a bin of reflected directions is a bin
-//! of facet slopes. Squares of slope fit every incidence alike, hold the lobe whatever its width, and stay
-//! narrow against it: their step is a fixed fraction of m.
+//! A mirror facet sends light where the half vector is its own normal, so a bin of reflected directions is a
+//! bin of facet slopes. Squares of slope fit every incidence alike, hold the lobe whatever its width, and
+//! stay narrow against it: their step is a fixed fraction of m.
 //!
 //! ```text
 //! f = share of the light in the bin / int co dwo,    dwo = 4 (wi.h) dwh,  dwh = cos^3(theta_h) du dv
 //! ```
 //!
-//! This is the mean of f over the bin, weighted by w = 4 co (wi.h) cos^3(theta_h); the sample's direction is the
-//! centroid of w. What is left of second order widens the lobe as a square widens a normal distribution:
+//! This is the mean of f over the bin, weighted by w = 4 co (wi.h) cos^3(theta_h); the sample's direction is
+//! the centroid of w. What is left of second order widens the lobe as a square widens a normal distribution:
 //! m^2 grows by step^2/6, m by 0.13 % at steps of m/8.
 
 use crate::geometry::{Pair, direction};
@@ -18,15 +18,16 @@ use glam::DVec3;
 
 /// Bins per m along each side.
 const PER_SLOPE: usize = 8;
-/// How far from the normal the bins reach, in m. Beyond lie 0.2 % of the facets of a Beckmann surface, 14 % of GGX.
+/// How far from the normal the bins reach, in m. Beyond lie 0.2 % of the facets of a Beckmann surface, 14 %
+/// of GGX.
 const REACH: f64 = 2.5;
 /// Bins from the normal to the last.
 const HALF: usize = 20;
 /// How many neighbours on each side share the estimate of the counts' variance.
 const NEIGHBOURS: usize = 1;
 
-/// How often light went into each bin, for one angle of incidence. The light comes from +x; the two sides of the
-/// plane of incidence are alike, and counted together.
+/// How often light went into each bin, for one angle of incidence. The light comes from +x; the two sides of
+/// the plane of incidence are alike, and counted together.
 #[derive(Clone)]
 pub struct Counts {
     step: f64,
@@ -60,8 +61,8 @@ impl Counts {
         self.counts.iter_mut().zip(&other.counts).for_each(|(sum, n)| *sum += n);
     }
 
-    /// Every bin that lies within `max_theta` (radians) of the normal as a whole, as a sample of f measured with
-    /// so many `rays`.
+    /// Every bin that lies within `max_theta` (radians) of the normal as a whole, as a sample of f measured
+    /// with so many `rays`.
     pub fn samples(&self, theta_i: f64, max_theta: f64, rays: usize) -> Vec<Sample> {
         let wi = direction(theta_i, 0.0);
         let rule = GaussLegendre::new(3);
@@ -102,8 +103,8 @@ impl Counts {
 
     /// The mean count of a bin and its neighbours, which stands for the variance of the bin's own.
     ///
-    /// The bin's own count would do in the peak. In the tails it errs together with the value: a bin that is low by
-    /// chance would weigh more, and a fit by these sigmas would come out low by a count per bin.
+    /// The bin's own count would do in the peak. In the tails it errs together with the value: a bin that is
+    /// low by chance would weigh more, and a fit by these sigmas would come out low by a count per bin.
     fn local_mean(&self, column: usize, row: usize) -> f64 {
         let near = |at: usize, end: usize| at.saturating_sub(NEIGHBOURS)..(at + NEIGHBOURS + 1).min(end);
         let block = near(row, HALF).flat_map(|r| near(column, 2 * HALF).map(move |c| (c, r)));
@@ -146,8 +147,9 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// All light reflected once by normally distributed slopes, without masking or shadowing: a facet of slope (u, v)
-    /// gets the share P22 (wi.h)/(ci hz) of the light, and f = D/(4 ci co). Written here, not taken from the models.
+    /// All light reflected once by normally distributed slopes, without masking or shadowing: a facet of
+    /// slope (u, v) gets the share P22 (wi.h)/(ci hz) of the light, and f = D/(4 ci co). Written here, not
+    /// taken from the models.
     #[test]
     fn counts_become_f() {
         let m = 0.2_f64;
@@ -175,8 +177,8 @@ mod tests {
             for Sample { pair, value, sigma } in samples {
                 let h = (pair.wi + pair.wo).normalize();
                 let f = p22(h.x / h.z, h.y / h.z) / h.z.powi(4) / (4.0 * pair.wi.z * pair.wo.z);
-                // The mean over a bin against the middle: (step^2/24) f''/f is up to (2.5^2 4 - 4)/(24 64) = 1.4 % in
-                // the tail and -0.3 % in the peak.
+                // The mean over a bin against the middle: (step^2/24) f''/f is up to (2.5^2 4 - 4)/(24 64) =
+                // 1.4 % in the tail and -0.3 % in the peak.
                 assert!((value / f - 1.0).abs() < 0.015, "{theta_i} {pair:?}: {value} {f}");
                 assert!(sigma > 0.0 && sigma < value);
             }

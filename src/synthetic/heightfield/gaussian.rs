@@ -5,9 +5,9 @@
 //! spectrum ~ exp(-k^2 l^2/4)
 //! ```
 //!
-//! The tile is the sum of all waves that fit its period, with amplitudes from the spectrum and random phases. A
-//! triangle's slopes are sums of the same waves, hence normally distributed too; the heights are scaled so that
-//! their variance over the triangles is m^2/2 exactly, whatever the grid.
+//! The tile is the sum of all waves that fit its period, with amplitudes from the spectrum and random phases.
+//! A triangle's slopes are sums of the same waves, hence normally distributed too; the heights are scaled so
+//! that their variance over the triangles is m^2/2 exactly, whatever the grid.
 
 use super::{Fate, RoughSurface};
 use crate::math::count;
@@ -102,11 +102,11 @@ impl Tile {
         Self { cells, side, range: [low - room, high + room] }
     }
 
-    /// Where a ray from `place` in `direction` first meets the surface; none if it gets away above it. A ray that
-    /// begins on the surface leaves the triangle `own`.
+    /// Where a ray from `place` in `direction` first meets the surface; none if it gets away above it. A ray
+    /// that begins on the surface leaves the triangle `own`.
     ///
-    /// The surface is continuous, so it is enough to look where the ray crosses an edge: it has met the triangle
-    /// before that edge if and only if it is below the surface there.
+    /// The surface is continuous, so it is enough to look where the ray crosses an edge: it has met the
+    /// triangle before that edge if and only if it is below the surface there.
     fn first_hit(&self, mut place: Place, direction: DVec3, mut own: Option<Triangle>) -> Option<Hit> {
         let [bottom, top] = self.range;
         let limit = if direction.z > 0.0 { top } else { bottom };
@@ -218,8 +218,9 @@ fn mean_square_slope(cells: &[Cell]) -> f64 {
 
 /// Heights on a square grid, row by row: waves with random phases, in arbitrary units.
 ///
-/// A wave of wave vector 2 pi (a, b)/side and its opposite are the same wave, so half of the plane is enough. The
-/// sum over a is done first, for every b and column: a transform for each direction, not one for every point.
+/// A wave of wave vector 2 pi (a, b)/side and its opposite are the same wave, so half of the plane is enough.
+/// The sum over a is done first, for every b and column: a transform for each direction, not one for every
+/// point.
 fn waves(lengths: usize, side: usize, rng: &mut impl Rng) -> Vec<f64> {
     let turns: Vec<DVec2> = (0..side).map(|i| DVec2::from_angle(TAU * count(i) / count(side))).collect();
     let turn = |i: usize| turns.get(i % side).copied().unwrap_or_default();
@@ -280,8 +281,8 @@ mod tests {
         }
     }
 
-    /// The heights' standard deviation is m l/2 with l = 8 cells, as the Gaussian autocorrelation says, and the
-    /// correlation at a distance l is 1/e.
+    /// The heights' standard deviation is m l/2 with l = 8 cells, as the Gaussian autocorrelation says, and
+    /// the correlation at a distance l is 1/e.
     #[test]
     fn heights_have_a_gaussian_autocorrelation() {
         let tile = tile(0.3);
@@ -292,8 +293,8 @@ mod tests {
             all.sum::<f64>() / count(tile.side * tile.side)
         };
         let variance = mean(&|c, r| at(c, r).powi(2));
-        // The lattice of waves is the spectrum of the infinite surface sampled finely; triangles flatten the slope by
-        // (1/4) (step/l)^2 = 0.4 %, which the scale makes up for.
+        // The lattice of waves is the spectrum of the infinite surface sampled finely; triangles flatten the
+        // slope by (1/4) (step/l)^2 = 0.4 %, which the scale makes up for.
         approx::assert_relative_eq!(variance.sqrt(), 0.3 * 8.0 / 2.0, max_relative = 0.01);
         for (shift, expected) in [(4, (-0.25_f64).exp()), (8, (-1_f64).exp()), (16, (-4_f64).exp())] {
             let along_x = mean(&|c, r| at(c, r) * at(c + shift, r)) / variance;

@@ -40,8 +40,8 @@ impl RoughSurface for Grooves {
         let t = self.facets.quantile(self.m, 1.0 - place.x);
         let entry = 2.0 * place.y - 1.0;
         // The space above the groove is convex: of the two facets, the ray meets first the one whose plane it
-        // crosses first. Facet s = +1 or -1 is z = -t (1 - s x); a ray from (entry, 0) comes nearer by `approach`
-        // per unit of length, and is `height` above it at first.
+        // crosses first. Facet s = +1 or -1 is z = -t (1 - s x); a ray from (entry, 0) comes nearer by
+        // `approach` per unit of length, and is `height` above it at first.
         let distance = |s: f64| {
             let height = t * (1.0 - s * entry);
             let approach = wi.z - t * s * wi.x;
@@ -68,8 +68,9 @@ impl RoughSurface for Grooves {
 mod tests {
     use super::*;
 
-    /// The facets of a groove of slope 1 stand at right angles: light along the normal goes from one to the other.
-    /// At slope 1/2 it leaves at twice the facet's angle, 53 degrees, and clears the edge wherever it came down.
+    /// The facets of a groove of slope 1 stand at right angles: light along the normal goes from one to the
+    /// other. At slope 1/2 it leaves at twice the facet's angle, 53 degrees, and clears the edge wherever it
+    /// came down.
     #[test]
     fn light_along_the_normal() {
         let grooves = Grooves { facets: Facets::Beckmann, m: 1.0 };

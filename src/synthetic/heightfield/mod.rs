@@ -1,13 +1,14 @@
 //! What a rough surface of perfect mirrors reflects, found ray by ray: a measurement that no formula of this
 //! program has made.
 //!
-//! The surfaces are a Gaussian random one (`gaussian`) and V-grooves (`grooves`). Light falls on the whole surface
-//! evenly, from one polar angle and all azimuths. A ray is reflected where it first meets the surface, by a facet
-//! that reflects everything, and counts if it then gets away. If it meets the surface again it is lost, as it is to
-//! the microfacet models: they have single reflections only. `bins` turns counts into f.
+//! The surfaces are a Gaussian random one (`gaussian`) and V-grooves (`grooves`). Light falls on the whole
+//! surface evenly, from one polar angle and all azimuths. A ray is reflected where it first meets the
+//! surface, by a facet that reflects everything, and counts if it then gets away. If it meets the surface
+//! again it is lost, as it is to the microfacet models: they have single reflections only. `bins` turns
+//! counts into f.
 //!
-//! The slopes of both surfaces are distributed as P22 = exp(-slope^2/m^2)/(pi m^2), Beckmann's
-//! D = P22/cos^4(theta_h): each component has the variance m^2/2, and m is the rms slope. Grooves can be of GGX
+//! The slopes of both surfaces are distributed as P22 = exp(-slope^2/m^2)/(pi m^2), Beckmann's D =
+//! P22/cos^4(theta_h): each component has the variance m^2/2, and m is the rms slope. Grooves can be of GGX
 //! facets instead.
 
 mod bins;
@@ -68,8 +69,8 @@ pub const TILES: RangeInclusive<usize> = 16..=128;
 pub const ROUGHNESS: RangeInclusive<f64> = 0.01..=1.0;
 /// Rays for each angle of incidence; many more would overflow the counts.
 pub const RAYS: RangeInclusive<usize> = 1..=1_000_000_000;
-/// Rays for each angle of incidence that share a stream of random numbers and, on a Gaussian surface, a tile. Many
-/// more on one tile would meet the same slopes again and again, and vary by more than their counts tell.
+/// Rays for each angle of incidence that share a stream of random numbers and, on a Gaussian surface, a tile.
+/// Many more on one tile would meet the same slopes again and again, and vary by more than their counts tell.
 pub const BATCH: usize = ROWS * ROWS;
 /// Rows of rays in a batch, and rays in a row.
 const ROWS: usize = 80;
@@ -183,8 +184,8 @@ impl Simulation {
         for ((counts, balance), theta_i) in tally.iter_mut().zip(&self.theta_i_deg) {
             let (sin_i, cos_i) = theta_i.to_radians().sin_cos();
             for (row, column) in (0..BATCH).map(|ray| (ray / ROWS, ray % ROWS)) {
-                // One ray at random in each of ROWS x ROWS equal squares; from any azimuth, which on average over
-                // the surface makes no difference, but lets one surface stand for many.
+                // One ray at random in each of ROWS x ROWS equal squares; from any azimuth, which on average
+                // over the surface makes no difference, but lets one surface stand for many.
                 let corner = DVec2::new(count(column), count(row));
                 let place = (corner + DVec2::new(rng.random(), rng.random())) / count(ROWS);
                 let azimuth = DVec2::from_angle(TAU * rng.random::<f64>());
