@@ -4,6 +4,7 @@
 
 mod evaluate;
 mod fit;
+mod heightfield;
 mod info;
 mod input;
 mod loss;

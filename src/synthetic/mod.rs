@@ -1,4 +1,7 @@
-//! Synthetic measurements: a model's values at given directions, with noise of known size.
+//! Synthetic measurements: a model's values at given directions, with noise of known size; and what a rough
+//! surface of little mirrors reflects, ray by ray.
+
+pub mod heightfield;
 
 use crate::error::Error;
 use crate::fit::ParameterTable;
