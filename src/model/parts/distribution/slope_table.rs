@@ -30,7 +30,7 @@ use std::f64::consts::{FRAC_PI_2, LOG2_E, PI};
 use std::sync::{Arc, LazyLock};
 
 /// Cells of the table.
-const CELLS: usize = 64;
+const CELLS: usize = 96;
 
 /// Value and slope at the ends of every cell, per cell.
 type Nodes<T> = [[T; 2]; CELLS + 1];
