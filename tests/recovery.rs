@@ -8,7 +8,7 @@
 use brdfit::fit::{Fit, Metric, Options, ParameterTable, Progress, Quiet, Selector, Setting, Settings, fit};
 use brdfit::geometry::{Directions, HalfDifferenceGrid};
 use brdfit::measurement::{Filters, Weighting};
-use brdfit::model::Expression;
+use brdfit::model::{Expression, ParamSpec};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -30,11 +30,11 @@ fn case(text: &str, free: &'static [&'static str]) -> Case {
 }
 
 /// The ranges that the true values are drawn from: uniform, or uniform in the logarithm.
-fn draw(name: &str, rng: &mut Pcg64Mcg) -> f64 {
+fn draw(spec: &ParamSpec, rng: &mut Pcg64Mcg) -> f64 {
     let u: f64 = rng.random();
     let linear = |low: f64, high: f64| low + (high - low) * u;
     let log = |low: f64, high: f64| low * (high / low).powf(u);
-    match name {
+    match spec.name {
         "kd" | "albedo" => linear(0.05, 0.9),
         "rd" => linear(0.05, 0.9),
         "rs" | "f0" => linear(0.02, 0.98),
@@ -42,7 +42,14 @@ fn draw(name: &str, rng: &mut Pcg64Mcg) -> f64 {
         "m" => log(0.03, 0.8),
         "sigma" => linear(5.0, 50.0),
         "nu" | "nv" => log(3.0, 1000.0),
+        // Of what light enters the index is more than 1.
+        "eta" if spec.bounds.0 >= 1.0 => linear(1.2, 1.9),
         "eta" => log(0.2, 4.0),
+        "k_over_s" => log(1e-3, 10.0),
+        "kx" => log(1e-2, 3.0),
+        "albedo_prime" => linear(0.3, 0.99),
+        "g" => linear(-0.6, 0.7),
+        "tau" => log(0.1, 2.0),
         "k" => linear(0.5, 6.0),
         other => panic!("no range for {other}"),
     }
@@ -54,8 +61,8 @@ fn truth(case: &Case, channels: &[String], on_grid: bool, rng: &mut Pcg64Mcg) ->
         case.free.iter().map(|name| (Selector::parse(name).unwrap(), Setting::Free)).collect();
     let mut table = ParameterTable::new(&case.expression, channels, on_grid, &free).unwrap();
     for index in table.free().to_vec() {
-        let name = table.rows()[index].spec.name;
-        table.set_value(index, draw(name, rng));
+        let value = draw(&table.rows()[index].spec, rng);
+        table.set_value(index, value);
     }
     table
 }
@@ -175,4 +182,11 @@ recovery! {
     no_fresnel: "lambert + cook-torrance(f=none)";
     free_scale: "lambert + cook-torrance", free "ks";
     ashikhmin_shirley: "ashikhmin-shirley";
+    kubelka_munk: "kubelka-munk";
+    kubelka_munk_film: "kubelka-munk(layer=film)";
+    kubelka_munk_base: "kubelka-munk + cook-torrance";
+    dipole: "dipole";
+    dipole_index: "dipole", free "eta";
+    dipole_base: "dipole + cook-torrance";
+    hanrahan_krueger: "hanrahan-krueger";
 }

@@ -16,8 +16,11 @@
 
 mod ashikhmin_shirley;
 mod cook_torrance;
+mod dipole;
 mod evaluation;
 mod expression;
+mod hanrahan_krueger;
+pub mod kubelka_munk;
 mod lambert;
 mod oren_nayar;
 mod parameter;
@@ -304,4 +307,7 @@ models! {
     oren_nayar::OrenNayar,
     cook_torrance::CookTorrance,
     ashikhmin_shirley::AshikhminShirley,
+    kubelka_munk::KubelkaMunk,
+    dipole::Dipole,
+    hanrahan_krueger::HanrahanKrueger,
 }
