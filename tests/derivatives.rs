@@ -111,7 +111,8 @@ fn random_geometry(rng: &mut Pcg64Mcg, kind: usize) -> Geometry<f64> {
     Geometry::new(direction(theta_i, phi_i).to_array(), direction(theta_o, phi_o).to_array())
 }
 
-/// |ln| of the exponential or power factor of a model: so many digits its argument costs the result.
+/// |ln| of the exponential or power factor of a model, or how much of its argument cancels in a difference from 1: so
+/// many digits its argument costs the result.
 fn log_factor(model: &AnyModel, choices: &Choices, g: &Geometry<f64>, shapes: &[f64]) -> f64 {
     let theta_h = g.sin2_h().sqrt().atan2(g.cos_h());
     match (model.name(), choices.get("d")) {
@@ -121,6 +122,8 @@ fn log_factor(model: &AnyModel, choices: &Choices, g: &Geometry<f64>, shapes: &[
         ("ashikhmin-shirley", _) => {
             (shapes[0] * g.h[0].powi(2) + shapes[1] * g.h[1].powi(2)) * (g.ln_cos_h() / g.sin2_h()).abs()
         }
+        // The root of 1 - albedo_prime: steep where little is left.
+        ("dipole", _) => shapes[0] / (1.0 - shapes[0]),
         _ => 0.0,
     }
 }

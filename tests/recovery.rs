@@ -35,6 +35,9 @@ fn draw(spec: &ParamSpec, rng: &mut Pcg64Mcg) -> f64 {
     let linear = |low: f64, high: f64| low + (high - low) * u;
     let log = |low: f64, high: f64| low * (high / low).powf(u);
     match spec.name {
+        // A dim or thin layer that scatters once is lost in the noise, a thick one does not know its depth.
+        "albedo" if spec.bounds.1 <= 1.0 => linear(0.4, 0.95),
+        "tau" => log(0.3, 3.0),
         "kd" | "albedo" => linear(0.05, 0.9),
         "rd" => linear(0.05, 0.9),
         "rs" | "f0" => linear(0.02, 0.98),
@@ -49,7 +52,6 @@ fn draw(spec: &ParamSpec, rng: &mut Pcg64Mcg) -> f64 {
         "kx" => log(1e-2, 3.0),
         "albedo_prime" => linear(0.3, 0.99),
         "g" => linear(-0.6, 0.7),
-        "tau" => log(0.1, 2.0),
         "k" => linear(0.5, 6.0),
         other => panic!("no range for {other}"),
     }
