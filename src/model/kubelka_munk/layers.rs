@@ -235,7 +235,6 @@ pub fn diffuse_reflectance(eta: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[expect(clippy::excessive_precision, reason = "golden values stand as computed, to 17 digits")]
 mod tests {
     use super::*;
     use crate::math::Dual;
