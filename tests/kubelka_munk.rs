@@ -146,6 +146,16 @@ fn what_is_not_determined_is_not_given() {
     assert!(opaque.usable && opaque.k.is_none() && opaque.s.is_none(), "{opaque:?}");
     assert_close("K/S", opaque.k_over_s.unwrap().value, 0.25, 1e-9);
     assert!(opaque.k_over_s.unwrap().std_error.unwrap() > 0.0);
+    // Opaque paint that reflects everything or nothing.
+    for (reflectance, wanted) in [(1.0, 0.0), (0.0, 1e6)] {
+        let patch = Patch { thickness: f64::INFINITY, background: 0.0, reflectance, sigma: Some(1e-3) };
+        let series = vec![Series { channel: Channel::named("y"), patches: vec![patch] }];
+        let end = Drawdown { source: Source::default(), rows: 1, thickness_known: true, series };
+        let found = only(&end, Surface::default());
+        assert!(found.usable && found.k_over_s.unwrap().std_error.is_none(), "{found:?}");
+        assert!((found.k_over_s.unwrap().value - wanted).abs() <= 1e-6 * wanted, "{found:?}");
+        assert_eq!(found.remarks[0].kind, "at-bound");
+    }
     // So thick that the backing does not show.
     let thick = only(&drawdown(2.0, 8.0, GLOSSY, &[(20.0, 0.0), (20.0, 1.0), (30.0, 0.5)], None), GLOSSY);
     assert!(thick.usable && thick.k.is_none() && thick.s.is_none(), "{thick:?}");

@@ -61,6 +61,8 @@ pub struct Remark {
 
 /// The largest K X and S X that are searched: any more of either is as opaque.
 const MOST: f64 = 1e4;
+/// The largest K/S of opaque paint: it reflects 5e-7.
+const BLACKEST: f64 = 1e6;
 /// The search for a start: so many values of S X, even in the logarithm between two ends, each with the best of so many of
 /// K/S. Each is followed to its minimum: in films that nearly hide their backing K/S is so much better determined than their
 /// size that the costs at the points of a grid do not tell which size is the best.
@@ -150,7 +152,7 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {
-        vec![(0.0, if self.unit.is_some() { MOST } else { f64::INFINITY }), (0.0, MOST)]
+        vec![(0.0, if self.unit.is_some() { MOST } else { BLACKEST }), (0.0, MOST)]
             .into_iter()
             .take(self.unknowns())
             .collect()
@@ -268,6 +270,7 @@ fn judge(index: usize, problem: &Problem<'_>, found: &Found) -> Fitted {
     let through = share_of_backing(problem, kx, sx);
     let is_opaque = problem.unit.is_none() || through < OPAQUE || kx >= MOST || sx >= MOST;
     let (at_k, at_s) = (kx <= 0.0, sx <= 0.0);
+    let is_black = problem.unit.is_none() && kx >= BLACKEST;
     // What the reflectances determine: K and S, though one may be at a bound, where it does not count for the error of the
     // other.
     let known = n >= problem.unknowns() && !is_opaque && spread(&[by_k.clone(), by_s.clone()]).is_some();
@@ -275,12 +278,12 @@ fn judge(index: usize, problem: &Problem<'_>, found: &Found) -> Fitted {
         [(at_k, by_k), (at_s, by_s)].into_iter().filter(|(at, _)| !at).map(|(_, column)| column).collect();
     let both = known.then(|| if free.is_empty() { Some(Vec::new()) } else { spread(&free) }).flatten();
     let of_ratio = match (&both, is_opaque) {
-        _ if at_k || at_s => None,
+        _ if at_k || at_s || is_black => None,
         (Some(_), _) => spread(&[by_ratio, by_size]).and_then(|s| s.first().copied()),
         (None, true) => spread(&[by_ratio]).and_then(|s| s.first().copied()),
         (None, false) => None,
     };
-    let determined = both.is_some() || (is_opaque && (of_ratio.is_some() || at_k || at_s));
+    let determined = both.is_some() || (is_opaque && (of_ratio.is_some() || at_k || at_s || is_black));
 
     let quantity = |value: f64, deviation: Option<f64>| Quantity {
         value,
@@ -324,6 +327,9 @@ fn judge(index: usize, problem: &Problem<'_>, found: &Found) -> Fitted {
             "at-bound",
             &format!("{which} ended at 0: check the reflectances of the backings and --saunderson"),
         );
+    }
+    if is_black {
+        remark("at-bound", "K/S ended at its largest value, 1e6: nothing is reflected");
     }
     if determined && noise.is_none() {
         remark(

@@ -168,3 +168,17 @@ fn listed(header: &StringRecord) -> String {
     let names: Vec<&str> = header.iter().collect();
     excerpt(&names.join(","))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_those_of_an_editor() {
+        let text = "# comment\n\na,b\n1,2\n# another\n   \n\n\"3\n3\",4\n5,6\n";
+        for text in [text.to_owned(), text.replace('\n', "\r\n")] {
+            let lines: Vec<Place> = records(&text).map(|record| record.unwrap().0).collect();
+            assert_eq!(lines, [3, 4, 8, 10].map(Place::Line), "{text:?}");
+        }
+    }
+}
