@@ -35,10 +35,10 @@ fn draw(spec: &ParamSpec, rng: &mut Pcg64Mcg) -> f64 {
     let linear = |low: f64, high: f64| low + (high - low) * u;
     let log = |low: f64, high: f64| low * (high / low).powf(u);
     match spec.name {
-        // A layer that scatters once and is dim, thin or sends its light forward stays below the noise of 1e-3; a thick
-        // one does not know its depth.
+        // A layer that scatters once and is dim, thin or sends its light forward hardly rises above the noise of 1e-3; a
+        // thick one does not know its depth. Then albedo, g and tau are not told apart, and one ends at a bound.
         "albedo" if spec.bounds.1 <= 1.0 => linear(0.5, 0.95),
-        "tau" => log(0.5, 3.0),
+        "tau" => log(0.5, 2.0),
         "kd" | "albedo" => linear(0.05, 0.9),
         "rd" => linear(0.05, 0.9),
         "rs" | "f0" => linear(0.02, 0.98),
@@ -52,7 +52,7 @@ fn draw(spec: &ParamSpec, rng: &mut Pcg64Mcg) -> f64 {
         "k_over_s" => log(1e-3, 10.0),
         "kx" => log(1e-2, 3.0),
         "albedo_prime" => linear(0.3, 0.99),
-        "g" => linear(-0.6, 0.3),
+        "g" => linear(-0.6, 0.0),
         "k" => linear(0.5, 6.0),
         other => panic!("no range for {other}"),
     }

@@ -23,8 +23,9 @@
 //!
 //! For a thin layer only albedo tau is determined, for a thick one (tau more than about 5) albedo alone. g is told
 //! by the rise towards backward or forward pairs of directions; but refraction keeps both within 42 degrees of the normal at
-//! eta = 1.5, so that c stays below about -0.1, and the three are strongly correlated. Fix what is known; with
-//! much forward scattering (g above 0.5) next to nothing comes back after one scattering.
+//! eta = 1.5, so that c stays below about -0.1, and the three are strongly correlated: data without noise determine them,
+//! but where f is of the size of the noise one of them ends at a bound. Fix what is known. With much forward scattering (g
+//! above 0.3) little comes back after one scattering.
 //!
 //! Reciprocal and energy conserving. Finite at grazing for eta > 1, since ci' + co' is at least 2 sqrt(1 - 1/eta^2);
 //! at eta = 1 it grows as 1/(ci + co). 1 - exp loses three of sixteen digits at tau = 1e-3.
