@@ -60,8 +60,7 @@ mod tests {
         }
     }
 
-    /// Kubelka's own solution for black and white: a = (1/R0 + (R - 1 + Rg - ...)...)/2 in textbooks' form
-    /// a = (R + (R0 - R + Rg)/(R0 Rg))/2.
+    /// Kubelka's own solution, with R0 over black and R over Rg: a = (R + (R0 - R + Rg)/(R0 Rg))/2.
     #[test]
     fn as_in_textbooks() {
         let film = Film::new(0.3 * 0.7, 1.2 * 0.7);
