@@ -111,7 +111,8 @@ fn random_geometry(rng: &mut Pcg64Mcg, kind: usize) -> Geometry<f64> {
     Geometry::new(direction(theta_i, phi_i).to_array(), direction(theta_o, phi_o).to_array())
 }
 
-/// |ln| of the exponential or power factor of a model: so many digits its argument costs the result.
+/// |ln| of the exponential or power factor of a model, or how much of its argument cancels in a difference from 1: so
+/// many digits its argument costs the result.
 fn log_factor(model: &AnyModel, choices: &Choices, g: &Geometry<f64>, shapes: &[f64]) -> f64 {
     let [x, y, z] = g.wi;
     let mirrored = Geometry::new([-x, -y, z], g.wo);
@@ -151,6 +152,8 @@ fn log_factor(model: &AnyModel, choices: &Choices, g: &Geometry<f64>, shapes: &[
             let (mx, my) = (shapes[0], shapes[shapes.len() - 1]);
             ((g.h[0] / mx).powi(2) + (g.h[1] / my).powi(2)) / g.h[2].powi(2)
         }
+        // The root of 1 - albedo_prime: steep where little is left.
+        ("dipole", _) => shapes[0] / (1.0 - shapes[0]),
         _ => 0.0,
     }
 }

@@ -7,6 +7,7 @@ mod fit;
 mod heightfield;
 mod info;
 mod input;
+mod kubelka_munk;
 mod loss;
 mod models;
 mod output;
@@ -73,6 +74,8 @@ subcommands! {
     Info: info,
     /// Make a synthetic measurement
     Synth: synth,
+    /// Find a paint's absorption and scattering from reflectances over known backings
+    KubelkaMunk: kubelka_munk,
 }
 
 /// Runs the command line; every message of the program is printed here or in a subcommand's own table.

@@ -17,10 +17,13 @@
 mod ashikhmin_shirley;
 mod blinn_phong;
 mod cook_torrance;
+mod dipole;
 mod disney_diffuse;
 mod eon;
 mod evaluation;
 mod expression;
+mod hanrahan_krueger;
+pub mod kubelka_munk;
 mod lafortune;
 mod lambert;
 mod oren_nayar;
@@ -337,4 +340,7 @@ models! {
     retro::Retro,
     eon::Eon,
     disney_diffuse::DisneyDiffuse,
+    kubelka_munk::KubelkaMunk,
+    dipole::Dipole,
+    hanrahan_krueger::HanrahanKrueger,
 }

@@ -16,6 +16,20 @@ use crate::model::{ParamSpec, Role, Scale, Values};
 
 pub(super) struct Dielectric;
 
+/// What [`index_reflectance`] needs to know of a refractive index of at least 1: sqrt f0 = (eta - 1)/(eta + 1).
+#[inline(always)]
+pub(crate) fn index_constants<T: Scalar>(eta: T) -> [T; 2] {
+    let r: T = eta.plus(-1.0) / eta.plus(1.0);
+    [r, (-r).plus(1.0)]
+}
+
+/// F at cosine `mu`, more than 0.
+#[inline(always)]
+pub(crate) fn index_reflectance<T: Scalar>(constants: &[T; 2], mu: T::Real) -> T {
+    let [reflectance, _] = Dielectric::factors(constants, mu);
+    reflectance
+}
+
 impl FresnelReflectance for Dielectric {
     const SHAPES: usize = 1;
 

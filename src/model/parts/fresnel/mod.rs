@@ -8,6 +8,8 @@ mod dielectric;
 mod none;
 mod schlick;
 
+pub(crate) use dielectric::{index_constants, index_reflectance};
+
 use super::parts;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
