@@ -26,7 +26,7 @@ pub(crate) fn index_constants<T: Scalar>(eta: T) -> [T; 2] {
 /// F at cosine `mu`, more than 0.
 #[inline(always)]
 pub(crate) fn index_reflectance<T: Scalar>(constants: &[T; 2], mu: T::Real) -> T {
-    let [reflectance, _] = Dielectric::factors(constants, mu);
+    let [reflectance, ..] = Dielectric::factors(constants, mu);
     reflectance
 }
 
