@@ -1343,6 +1343,13 @@ fn models_lists_the_zoo() {
         ("cook-torrance", "ks", json!([0.0, 1000.0])),
         ("ashikhmin-shirley", "rd", json!([0.0, 1.0])),
         ("ashikhmin-shirley", "rs", json!([0.0, 1.0])),
+        ("eon", "albedo", json!([0.0, 1.0])),
+        ("phong", "ks", json!([0.0, 1000.0])),
+        ("blinn-phong", "n", json!([0.01, 1e6])),
+        ("ward", "m", json!([1e-4, 1.0])),
+        ("ward-duer", "my", json!([1e-4, 1.0])),
+        // Published weights are negative forward.
+        ("lafortune", "cxy", json!([-1.0, 1.0])),
     ] {
         let found = bounds(model, parameter);
         assert!(!found.is_empty() && found.iter().all(|b| *b == expected), "{model}.{parameter}: {found:?}");

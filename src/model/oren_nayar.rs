@@ -18,10 +18,11 @@
 //! | albedo | 1 | 0..2 | of the facets, not of the surface |
 //! | sigma | deg | 0..90 | standard deviation of the facets' angle; 10 smooth plaster, 40 clay or sand |
 //!
-//! Departure: some texts print 0.57 for 0.33 in the qualitative model, a partial compensation for the
-//! dropped interreflection that the paper offers; 0.33 it is here. At sigma = 0 both are Lambert.
-//! Grazing: f stays finite, since tan b multiplies the *smaller* angle. The full variant can fall below
-//! zero, and reflect more than it receives, close to grazing: it is a fit to a numerical integral.
+//! Departure: some texts print 0.57 for 0.33 in the qualitative model, a partial compensation for the dropped
+//! interreflection that the paper offers; 0.33 it is here. At sigma = 0 both are Lambert. All are reciprocal.
+//! Grazing: f stays finite, since tan b multiplies the *smaller* angle. The full variant can fall below zero,
+//! and reflect more than it receives, close to grazing: it is a fit to a numerical integral. The others
+//! reflect less than they receive, fujii never less than nothing.
 
 use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor};
 use crate::geometry::Geometry;
@@ -31,8 +32,17 @@ use std::f64::consts::{FRAC_1_PI, FRAC_2_PI};
 /// A rough diffuse surface.
 #[derive(Clone, Copy, Debug)]
 pub struct OrenNayar {
-    /// Whether to keep the interreflection and the third coefficient.
-    full: bool,
+    variant: Variant,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Variant {
+    /// With the interreflection and the third coefficient.
+    Full,
+    /// Without them.
+    Qualitative,
+    /// Fujii's.
+    Fujii,
 }
 
 /// The roughness terms, each divided by pi.
@@ -150,6 +160,57 @@ impl Part for Qualitative {
     }
 }
 
+/// FON at an albedo of 1, roughness `r`, and the factors that it shares with what bounces.
+#[derive(Clone, Copy, Debug)]
+pub struct SingleBounce<T> {
+    r: T,
+    /// A/pi, A = 1/(1 + (1/2 - 2/(3 pi)) r)
+    pub(super) scale: T,
+}
+
+/// 1/2 - 2/(3 pi)
+pub(super) const FUJII: f64 = 0.5 - 2.0 / 3.0 * FRAC_1_PI;
+
+impl<T: Scalar> SingleBounce<T> {
+    pub(super) fn new(r: T) -> Self {
+        Self { r, scale: r.times(FUJII).plus(1.0).recip().times(FRAC_1_PI) }
+    }
+
+    /// f for an albedo of 1.
+    #[inline(always)]
+    pub(super) fn at(&self, g: &Geometry<T::Real>) -> T {
+        let ([xi, yi, zi], [xo, yo, zo]) = (g.wi, g.wo);
+        let s: T::Real = xi * xo + yi * yo;
+        let t = T::Real::if_less(T::Real::literal(0.0), s, zi.greater(zo), T::Real::literal(1.0));
+        let ratio: T::Real = s / t;
+        (self.r * ratio).plus(1.0) * self.scale
+    }
+}
+
+/// Fujii's.
+struct Fujii;
+
+impl Part for Fujii {
+    const SHAPES: usize = 1;
+    type Prepared<T: Scalar> = SingleBounce<T>;
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> SingleBounce<T> {
+        let [r] = shapes.take();
+        SingleBounce::new(r)
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(bounce: &SingleBounce<T>, g: &Geometry<T::Real>) -> [T; 1] {
+        [bounce.at(g)]
+    }
+}
+
+/// The parameter `r`.
+pub(super) fn roughness() -> ParamSpec {
+    ParamSpec::shape("r", "roughness", (0.0, 1.0), (0.0, 1.0), 0.5, Scale::Linear)
+}
+
 impl Model for OrenNayar {
     type Coefficients<T: Scalar> = [T; 2];
 
@@ -159,13 +220,18 @@ impl Model for OrenNayar {
         "Oren and Nayar 1994, Generalization of Lambert's Reflectance Model, doi:10.1145/192161.192213";
     const OPTIONS: &'static [ModelOption] = &[ModelOption {
         key: "variant",
-        summary: "full with interreflection, or the qualitative model",
-        values: || vec!["full", "qualitative"],
+        summary: "full with interreflection, or the qualitative model, or Fujii's improved form of it",
+        values: || vec!["full", "qualitative", "fujii"],
         default: "full",
     }];
 
     fn build(choices: &Choices) -> Self {
-        Self { full: choices.get("variant") == "full" }
+        let variant = match choices.get("variant") {
+            "qualitative" => Variant::Qualitative,
+            "fujii" => Variant::Fujii,
+            _ => Variant::Full,
+        };
+        Self { variant }
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
@@ -177,14 +243,18 @@ impl Model for OrenNayar {
             20.0,
             Scale::Square,
         );
-        vec![ParamSpec::amplitude("albedo", "albedo of the facets", 2.0, 0.2), sigma.unit(Unit::Degrees)]
+        let shape = match self.variant {
+            Variant::Full | Variant::Qualitative => sigma.unit(Unit::Degrees),
+            Variant::Fujii => roughness(),
+        };
+        vec![ParamSpec::amplitude("albedo", "albedo of the facets", 2.0, 0.2), shape]
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
-        if self.full {
-            visitor.part::<Full>(0);
-        } else {
-            visitor.part::<Qualitative>(0);
+        match self.variant {
+            Variant::Full => visitor.part::<Full>(0),
+            Variant::Qualitative => visitor.part::<Qualitative>(0),
+            Variant::Fujii => visitor.part::<Fujii>(0),
         }
     }
 

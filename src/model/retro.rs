@@ -1,0 +1,137 @@
+//! Retro-reflection: a lobe back to the light, as of glass beads and prism sheets.
+//!
+//! A microfacet lobe of light that has first been mirrored about the normal. With r = (-xi, -yi, zi) and the
+//! back vector b = normalise(r + wo) in place of the half vector:
+//!
+//! ```text
+//! f = ks D(b) G/(4 ci co)
+//! ```
+//!
+//! b = n where wo = wi. The distribution D and G are those of [`cook_torrance`](super::cook_torrance), taken
+//! at b; `g=min` is G = min(ci, co), which leaves 1/(4 max(ci, co)).
+//!
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | m | 1 | 1e-4..1 | roughness; b turns by half the angle between wi and wo; 0.04 reflective tape |
+//! | ks | 1 | 0..1000 | albedo of a sharp lobe at normal incidence |
+//!
+//! Belcour, Pacanowski, Delahaie, Laville-Geay and Eupherte 2014 (doi:10.1364/JOSAA.31.002561) measure tapes
+//! and propose the back vector; Portsmouth, Raab, Belcour and Liu 2026 (<https://arxiv.org/abs/2606.08739>)
+//! show that any microfacet lobe taken at it stays reciprocal and energy conserving: that is `g=smith`. The
+//! default follows the tape measured by the former, on which it is the closest (docs/measured.md): a sharp
+//! lobe with G near 1 reflects ks at any angle, one with `g=min` ks cos(theta), and tapes do fall off as the
+//! light comes in more obliquely.
+//!
+//! Departure: no Fresnel term. The light does not come back from facets, and a term rising where wi and wo
+//! are opposed would rise where the lobe is absent. Reciprocal. Energy conserving for ks <= 1, but with
+//! g=none. Grazing: where both directions graze f grows without bound with `g=min`, and is finite where one
+//! does; the others as in Cook-Torrance. m -> 0: all light goes back where it came from.
+
+use super::parts::distribution::Distribution;
+use super::parts::shadowing::Shadowing;
+use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Sharper, Values, Visitor};
+use crate::geometry::Geometry;
+use crate::math::{Real, Scalar};
+use std::marker::PhantomData;
+
+/// A lobe back to the light.
+#[derive(Clone, Copy, Debug)]
+pub struct Retro {
+    distribution: Distribution,
+    /// None for the lesser cosine.
+    shadowing: Option<Shadowing>,
+}
+
+/// A part at the light's mirror image.
+struct Mirrored<P>(PhantomData<P>);
+
+impl<P: Part> Part for Mirrored<P> {
+    const SHAPES: usize = P::SHAPES;
+    const FUNCTIONS: usize = P::FUNCTIONS;
+    type Prepared<T: Scalar> = P::Prepared<T>;
+    type Output<T: Scalar> = P::Output<T>;
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> P::Prepared<T> {
+        P::prepare(shapes)
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(prepared: &P::Prepared<T>, g: &Geometry<T::Real>) -> P::Output<T> {
+        let [x, y, z] = g.wi;
+        P::at(prepared, &Geometry::new([-x, -y, z], g.wo))
+    }
+}
+
+/// Shows parts at the light's mirror image.
+struct AtMirrorImage<'a, V>(&'a mut V);
+
+impl<V: Visitor> Visitor for AtMirrorImage<'_, V> {
+    fn part<P: Part>(&mut self, first: usize) {
+        self.0.part::<Mirrored<P>>(first);
+    }
+}
+
+/// min(ci, co)/(4 ci co)
+struct LesserCosine;
+
+impl Part for LesserCosine {
+    const SHAPES: usize = 0;
+    type Prepared<T: Scalar> = ();
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
+
+    #[inline(always)]
+    fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
+        [T::from_real(g.cos_i().greater(g.cos_o()).times(4.0).recip())]
+    }
+}
+
+const MIN: &str = "min";
+
+impl Model for Retro {
+    type Coefficients<T: Scalar> = [T; 1];
+
+    const NAME: &'static str = "retro";
+    const SUMMARY: &'static str = "lobe back to the light";
+    const REFERENCE: &'static str = "Belcour et al. 2014, Bidirectional reflectance distribution function measurements \
+        and analysis of retroreflective materials, doi:10.1364/JOSAA.31.002561; Portsmouth et al. 2026, \
+        https://arxiv.org/abs/2606.08739";
+    const OPTIONS: &'static [ModelOption] = &[
+        ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" },
+        ModelOption {
+            key: "g",
+            summary: "shadowing and masking; min is the lesser cosine",
+            values: || [vec![MIN], Shadowing::names()].concat(),
+            default: MIN,
+        },
+    ];
+
+    fn build(choices: &Choices) -> Self {
+        let shadowing = match choices.get("g") {
+            MIN => None,
+            name => Some(Shadowing::named(name)),
+        };
+        Self { distribution: Distribution::named(choices.get("d")), shadowing }
+    }
+
+    fn parameters(&self) -> Vec<ParamSpec> {
+        let roughness = ParamSpec::shape("m", "roughness", (1e-4, 1.0), (1e-3, 1.0), 0.1, Scale::Log);
+        vec![
+            roughness.sharper_when(Sharper::Smaller),
+            ParamSpec::amplitude("ks", "albedo of a sharp lobe", 1000.0, 0.2),
+        ]
+    }
+
+    fn visit(&self, visitor: &mut impl Visitor) {
+        self.distribution.show(&mut AtMirrorImage(visitor));
+        match self.shadowing {
+            Some(shadowing) => shadowing.show(self.distribution, &mut AtMirrorImage(visitor)),
+            None => visitor.part::<LesserCosine>(0),
+        }
+    }
+
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
+        amplitudes.take()
+    }
+}
