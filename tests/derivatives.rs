@@ -292,3 +292,46 @@ fn gradient_of_the_cost() {
         }
     }
 }
+
+/// Values and derivatives are finite at every corner of the shapes' bounds, in the directions where formulas divide:
+/// along the normal, mirrored, returned, and grazing together, opposed or one alone.
+#[test]
+fn finite_at_the_bounds() {
+    let at = |(theta, phi): (f64, f64)| direction(theta.to_radians(), phi.to_radians()).to_array();
+    let (grazing, across) = (90.0 - 1e-7, 180.0);
+    let pairs = [
+        ((0.0, 0.0), (0.0, 0.0)),
+        ((40.0, 0.0), (40.0, across)),
+        ((40.0, 0.0), (40.0, 0.0)),
+        ((0.0, 0.0), (grazing, 0.0)),
+        ((grazing, 0.0), (grazing, across)),
+        ((grazing, 0.0), (grazing, 0.0)),
+        ((grazing, 0.0), (grazing, 90.0)),
+        ((60.0, 0.0), (grazing, 30.0)),
+    ];
+    for entry in REGISTRY {
+        for (model, choices) in entry.variants() {
+            let of = |role: Role| model.parameters().into_iter().filter(move |spec| spec.role == role);
+            let bounds: Vec<(f64, f64)> = of(Role::Shape)
+                .map(|spec| (spec.bounds.0 * spec.unit.factor(), spec.bounds.1 * spec.unit.factor()))
+                .collect();
+            let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
+            for corner in 0..1_usize << bounds.len() {
+                let corner =
+                    bounds.iter().enumerate().map(|(j, b)| if corner >> j & 1 == 0 { b.0 } else { b.1 });
+                let shapes: Vec<f64> = corner.collect();
+                for (wi, wo) in pairs {
+                    let (f, derivatives) =
+                        by_blocks(&model, Geometry::new(at(wi), at(wo)), &shapes, &amplitudes);
+                    let finite = f.is_finite() && derivatives.iter().all(|derivative| derivative.is_finite());
+                    assert!(
+                        finite,
+                        "{} {} {shapes:?} at {wi:?} {wo:?}: {f} {derivatives:?}",
+                        entry.name,
+                        choices.text()
+                    );
+                }
+            }
+        }
+    }
+}

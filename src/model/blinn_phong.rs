@@ -21,7 +21,7 @@
 use super::phong::{Exponent, exponent};
 use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
-use crate::math::{Real, Scalar};
+use crate::math::Scalar;
 
 /// A lobe in the half vector.
 #[derive(Clone, Copy, Debug)]
@@ -40,8 +40,7 @@ impl Part for BlinnPhong {
 
     #[inline(always)]
     fn at<T: Scalar>(exponent: &Exponent<T>, g: &Geometry<T::Real>) -> [T; 1] {
-        // A half vector in the horizon has the logarithm -infinity, and the derivative would be 0 times it.
-        [exponent.lobe(g.ln_cos_h().greater(T::Real::literal(-100.0)))]
+        [exponent.lobe(g.ln_cos_h())]
     }
 }
 

@@ -12,7 +12,7 @@
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
-//! | m | 1 | 1e-4..1 | roughness; b turns by half the angle between wi and wo; 0.04 reflective tape |
+//! | m, ... | 1 | 1e-4..1 | of the distribution: roughness; b turns by half the angle between wi and wo; 0.04 reflective tape |
 //! | ks | 1 | 0..1000 | albedo of a sharp lobe at normal incidence |
 //!
 //! Belcour, Pacanowski, Delahaie, Laville-Geay and Eupherte 2014 (doi:10.1364/JOSAA.31.002561) measure tapes
@@ -29,7 +29,7 @@
 
 use super::parts::distribution::Distribution;
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Sharper, Values, Visitor};
+use super::{Choices, Model, ModelOption, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::marker::PhantomData;
@@ -48,6 +48,7 @@ struct Mirrored<P>(PhantomData<P>);
 impl<P: Part> Part for Mirrored<P> {
     const SHAPES: usize = P::SHAPES;
     const FUNCTIONS: usize = P::FUNCTIONS;
+    const PREPARES_LONG: bool = P::PREPARES_LONG;
     type Prepared<T: Scalar> = P::Prepared<T>;
     type Output<T: Scalar> = P::Output<T>;
 
@@ -68,6 +69,10 @@ struct AtMirrorImage<'a, V>(&'a mut V);
 impl<V: Visitor> Visitor for AtMirrorImage<'_, V> {
     fn part<P: Part>(&mut self, first: usize) {
         self.0.part::<Mirrored<P>>(first);
+    }
+
+    fn next_term(&mut self) {
+        self.0.next_term();
     }
 }
 
@@ -116,11 +121,8 @@ impl Model for Retro {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let roughness = ParamSpec::shape("m", "roughness", (1e-4, 1.0), (1e-3, 1.0), 0.1, Scale::Log);
-        vec![
-            roughness.sharper_when(Sharper::Smaller),
-            ParamSpec::amplitude("ks", "albedo of a sharp lobe", 1000.0, 0.2),
-        ]
+        let ks = ParamSpec::amplitude("ks", "albedo of a sharp lobe", 1000.0, 0.2);
+        [self.distribution.parameters(), vec![ks]].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
