@@ -15,14 +15,26 @@
 //! To add a model: copy the file of the one most like it, and add one line to the `models!` list below.
 
 mod ashikhmin_shirley;
+mod bagher_sgd;
 mod blinn_phong;
 mod cook_torrance;
+mod cook_torrance_1982;
 mod disney_diffuse;
 mod eon;
 mod evaluation;
 mod expression;
 mod lafortune;
 mod lambert;
+mod low_ashikhmin_shirley;
+mod low_cook_torrance;
+mod low_microfacet;
+mod low_smooth;
+mod ngan_ashikhmin_shirley;
+mod ngan_blinn_phong;
+mod ngan_cook_torrance;
+mod ngan_lafortune;
+mod ngan_ward;
+mod ngan_ward_duer;
 mod oren_nayar;
 mod parameter;
 pub mod parts;
@@ -337,4 +349,16 @@ models! {
     retro::Retro,
     eon::Eon,
     disney_diffuse::DisneyDiffuse,
+    cook_torrance_1982::CookTorrance1982,
+    ngan_cook_torrance::NganCookTorrance,
+    ngan_ashikhmin_shirley::NganAshikhminShirley,
+    ngan_blinn_phong::NganBlinnPhong,
+    ngan_lafortune::NganLafortune,
+    ngan_ward::NganWard,
+    ngan_ward_duer::NganWardDuer,
+    low_cook_torrance::LowCookTorrance,
+    low_ashikhmin_shirley::LowAshikhminShirley,
+    low_microfacet::LowMicrofacet,
+    low_smooth::LowSmooth,
+    bagher_sgd::BagherSgd,
 }

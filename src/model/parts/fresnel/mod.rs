@@ -8,6 +8,9 @@ mod dielectric;
 mod none;
 mod schlick;
 
+pub(crate) use dielectric::DielectricIndex;
+pub(crate) use schlick::Schlick;
+
 use super::parts;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
