@@ -44,15 +44,7 @@ impl SettingArguments {
         for text in &self.free {
             settings.push((Selector::parse(text)?, Setting::Free));
         }
-        for text in &self.bounds {
-            let (name, range) = split("--bounds", text, "P=LO..HI")?;
-            let (low, high) = range.split_once("..").ok_or_else(|| wrong("--bounds", text, "P=LO..HI"))?;
-            let bounds = Setting::Bounds(
-                number("--bounds", text, low, "P=LO..HI")?,
-                number("--bounds", text, high, "P=LO..HI")?,
-            );
-            settings.push((Selector::parse(name)?, bounds));
-        }
+        settings.extend(ranges(&self.bounds)?);
         settings.extend(values("--init", &self.init, Setting::Init)?);
         settings.extend(values("--fix", &self.fix, Setting::Fix)?);
         for text in &self.tie {
@@ -78,6 +70,19 @@ impl SettingArguments {
             .flat_map(|(kind, texts)| texts.iter().map(move |text| format!("{kind} {text}")))
             .collect()
     }
+}
+
+/// Settings of the form `P=LO..HI`.
+pub fn ranges(texts: &[String]) -> Result<Settings, Error> {
+    const FORM: &str = "P=LO..HI";
+    let range = |text: &String| {
+        let (name, range) = split("--bounds", text, FORM)?;
+        let (low, high) = range.split_once("..").ok_or_else(|| wrong("--bounds", text, FORM))?;
+        let bounds =
+            Setting::Bounds(number("--bounds", text, low, FORM)?, number("--bounds", text, high, FORM)?);
+        Ok((Selector::parse(name)?, bounds))
+    };
+    texts.iter().map(range).collect()
 }
 
 /// Settings of the form `P=V`.
