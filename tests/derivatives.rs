@@ -335,7 +335,7 @@ fn finite_at_the_bounds() {
         for (model, choices) in entry.variants() {
             let of = |role: Role| model.parameters().into_iter().filter(move |spec| spec.role == role);
             let bounds: Vec<(f64, f64)> = of(Role::Shape)
-                .map(|spec| (spec.bounds.0 * spec.unit.factor(), spec.bounds.1 * spec.unit.factor()))
+                .map(|spec| (spec.bounds.0 * spec.unit.factor(None), spec.bounds.1 * spec.unit.factor(None)))
                 .collect();
             let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
             for corner in 0..1_usize << bounds.len() {
