@@ -338,6 +338,12 @@ fn finite_at_the_bounds() {
                 .map(|spec| (spec.bounds.0 * spec.unit.factor(None), spec.bounds.1 * spec.unit.factor(None)))
                 .collect();
             let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
+            // What a Fresnel part does it does beside any other part.
+            let default =
+                |key: &str| entry.options.iter().all(|o| o.key != key || choices.get(key) == o.default);
+            if !default("f") && !(default("d") && default("g")) {
+                continue;
+            }
             for corner in 0..1_usize << bounds.len() {
                 let corner =
                     bounds.iter().enumerate().map(|(j, b)| if corner >> j & 1 == 0 { b.0 } else { b.1 });

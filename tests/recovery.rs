@@ -49,6 +49,11 @@ fn draw(name: &str, rng: &mut Pcg64Mcg) -> f64 {
         "cy" => linear(-1.3, -0.5),
         "s" => linear(0.05, 0.9),
         "f1" => linear(-0.8, -0.05),
+        "f90" => linear(0.5, 0.98),
+        "p_f" => linear(3.0, 7.0),
+        "tint" => linear(0.5, 0.95),
+        "cook-torrance.a" => linear(0.3, 3.0),
+        "alpha_f" => linear(3.0, 8.0),
         "a" => log(0.5, 50.0),
         "b" => log(10.0, 1000.0),
         "c" => linear(0.5, 3.0),
@@ -71,6 +76,7 @@ fn truth(case: &Case, channels: &[String], on_grid: bool, rng: &mut Pcg64Mcg) ->
     for index in table.free().to_vec() {
         let name = match table.name(index) {
             name if name.ends_with("lafortune.n") => "lafortune.n",
+            name if name.starts_with("cook-torrance.a.") || name == "cook-torrance.a" => "cook-torrance.a",
             name if name.starts_with("low-") && name.ends_with(".eta") => "low.eta",
             _ => table.rows()[index].spec.name,
         };
@@ -191,6 +197,9 @@ recovery! {
     no_shadowing: "lambert + cook-torrance(g=none)";
     dielectric: "lambert + cook-torrance(f=dielectric)";
     conductor: "lambert + cook-torrance(f=conductor)";
+    generalised_schlick: "lambert + cook-torrance(f=generalised-schlick)", free "f90", free "p_f";
+    f82_tint: "lambert + cook-torrance(f=f82-tint)";
+    lazanyi: "lambert + cook-torrance(f=lazanyi)";
     no_fresnel: "lambert + cook-torrance(f=none)";
     free_scale: "lambert + cook-torrance", free "ks";
     ashikhmin_shirley: "ashikhmin-shirley";
