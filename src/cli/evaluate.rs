@@ -3,7 +3,7 @@
 use super::fit::ReportArguments;
 use super::input::{ReadArguments, SampleArguments};
 use super::output::{Output, json};
-use super::settings::values;
+use super::settings::{ranges, values};
 use super::{Outcome, say, show};
 use brdfit::Error;
 use brdfit::fit::{Options, Setting, evaluate};
@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Values of parameters; the others keep their defaults
     #[arg(long, value_name = "P=V", num_args = 1..)]
     set: Vec<String>,
+    /// Admit values of a parameter between these two
+    #[arg(long, value_name = "P=LO..HI")]
+    bounds: Vec<String>,
     #[command(flatten)]
     report: ReportArguments,
     #[command(flatten)]
@@ -41,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let options = Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
-        settings: values("--set", set, Setting::Set)?,
+        settings: [ranges(&arguments.bounds)?, values("--set", set, Setting::Set)?].concat(),
         seed: arguments.samples.seed(),
         ..Options::default()
     };
@@ -62,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             loss_scale: None,
             loss_scale_auto: None,
             timeout_s: None,
-            parameters: set.iter().map(|text| format!("--set {text}")).collect(),
+            parameters: options_as_given(&arguments.bounds, set),
             ..OptionRecord::default()
         },
         times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
@@ -78,6 +81,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         output.commit(text.as_bytes())?;
     }
     Ok(if report.termination.usable { Outcome::Good } else { Outcome::NotUsable })
+}
+
+/// The options about parameters as given, for the report.
+fn options_as_given(bounds: &[String], set: &[String]) -> Vec<String> {
+    let bounds = bounds.iter().map(|text| format!("--bounds {text}"));
+    bounds.chain(set.iter().map(|text| format!("--set {text}"))).collect()
 }
 
 /// The input and the settings. `--set kd=0.5 FILE` reads as if FILE were a setting; it is the input.

@@ -2,6 +2,7 @@
 
 use brdfit::Error;
 use brdfit::fit::{Selector, Setting, Settings};
+use brdfit::model::parts::fresnel::{Known, NAMES, f0_of_eta, known_f0};
 use clap::Args;
 
 /// What the user wants of parameters.
@@ -44,15 +45,7 @@ impl SettingArguments {
         for text in &self.free {
             settings.push((Selector::parse(text)?, Setting::Free));
         }
-        for text in &self.bounds {
-            let (name, range) = split("--bounds", text, "P=LO..HI")?;
-            let (low, high) = range.split_once("..").ok_or_else(|| wrong("--bounds", text, "P=LO..HI"))?;
-            let bounds = Setting::Bounds(
-                number("--bounds", text, low, "P=LO..HI")?,
-                number("--bounds", text, high, "P=LO..HI")?,
-            );
-            settings.push((Selector::parse(name)?, bounds));
-        }
+        settings.extend(ranges(&self.bounds)?);
         settings.extend(values("--init", &self.init, Setting::Init)?);
         settings.extend(values("--fix", &self.fix, Setting::Fix)?);
         for text in &self.tie {
@@ -80,15 +73,72 @@ impl SettingArguments {
     }
 }
 
+/// Settings of the form `P=LO..HI`.
+pub fn ranges(texts: &[String]) -> Result<Settings, Error> {
+    const FORM: &str = "P=LO..HI";
+    let range = |text: &String| {
+        let (name, range) = split("--bounds", text, FORM)?;
+        let (low, high) = range.split_once("..").ok_or_else(|| wrong("--bounds", text, FORM))?;
+        let bounds =
+            Setting::Bounds(number("--bounds", text, low, FORM)?, number("--bounds", text, high, FORM)?);
+        Ok((Selector::parse(name)?, bounds))
+    };
+    texts.iter().map(range).collect()
+}
+
 /// Settings of the form `P=V`.
+///
+/// For f0 the value may also be a material's name or `eta:` and an index of refraction.
 pub fn values(option: &str, texts: &[String], setting: impl Fn(f64) -> Setting) -> Result<Settings, Error> {
-    texts
-        .iter()
-        .map(|text| {
-            let (name, value) = split(option, text, "P=V")?;
-            Ok((Selector::parse(name)?, setting(number(option, text, value, "P=V")?)))
-        })
-        .collect()
+    let mut settings = Vec::new();
+    for text in texts {
+        let (name, value) = split(option, text, "P=V")?;
+        let selector = Selector::parse(name)?;
+        match normal_incidence(option, text, &selector, value.trim())? {
+            None => settings.push((selector, setting(number(option, text, value, "P=V")?))),
+            Some(Known::Grey(f0)) => settings.push((selector, setting(f0))),
+            Some(Known::Rgb(f0)) => {
+                let of = |channel: &str| RGB.iter().zip(f0).find(|(c, _)| **c == channel).map(|(_, f0)| f0);
+                if let Some(channel) = selector.channel_if_any() {
+                    let f0 = of(&channel).ok_or_else(|| only_rgb(option, text))?;
+                    settings.push((selector, setting(f0)));
+                } else {
+                    for (channel, f0) in RGB.iter().zip(f0) {
+                        settings.push((selector.of_channel(channel), setting(f0)));
+                    }
+                }
+            }
+        }
+    }
+    Ok(settings)
+}
+
+const RGB: [&str; 3] = ["r", "g", "b"];
+
+fn only_rgb(option: &str, text: &str) -> Error {
+    Error::Usage(format!("{option}: expected channels r, g and b for the colour of a metal, found '{text}'"))
+}
+
+/// f0 where it is given by a material's name or by `eta:` and an index.
+fn normal_incidence(
+    option: &str,
+    text: &str,
+    selector: &Selector,
+    value: &str,
+) -> Result<Option<Known>, Error> {
+    let is_name = value.starts_with(|c: char| c.is_ascii_alphabetic());
+    // inf and nan are numbers, although not acceptable ones.
+    if selector.parameter() != "f0" || !is_name || value.parse::<f64>().is_ok() {
+        return Ok(None);
+    }
+    let form = || format!("f0 as a number, eta:INDEX, or one of {}", NAMES.join(", "));
+    let known = match value.strip_prefix("eta:") {
+        Some(index) => {
+            index.parse().ok().filter(|eta: &f64| *eta >= 1.0).map(|eta| Known::Grey(f0_of_eta(eta)))
+        }
+        None => known_f0(value),
+    };
+    known.map(Some).ok_or_else(|| wrong(option, text, &form()))
 }
 
 fn wrong(option: &str, text: &str, form: &str) -> Error {

@@ -144,6 +144,26 @@ impl Selector {
     }
 }
 
+impl Selector {
+    /// The parameter's own name, without lobe and channel.
+    #[must_use]
+    pub fn parameter(&self) -> &str {
+        let of_lobe = match (self.parts.len(), self.channel_if_any()) {
+            (3, _) => 1,
+            (2, Some(_)) if self.bracketed.is_none() => 0,
+            (count, _) => count.saturating_sub(1),
+        };
+        self.parts.get(of_lobe).map_or("", String::as_str)
+    }
+
+    /// The same parameter of one channel.
+    #[must_use]
+    pub fn of_channel(&self, channel: &str) -> Self {
+        let text = format!("{}[{channel}]", self.text);
+        Self { text, parts: self.parts.clone(), bracketed: Some(channel.to_owned()) }
+    }
+}
+
 impl fmt::Display for Selector {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)

@@ -36,6 +36,49 @@ pub struct Exponents<T> {
     norm: T,
 }
 
+impl<T: Scalar> Exponents<T> {
+    fn new(nu: T, nv: T) -> Self {
+        Self { nu, nv, norm: (nu.plus(1.0) * nv.plus(1.0)).sqrt().times(1.0 / (8.0 * PI)) }
+    }
+
+    /// The lobe without its reflectance.
+    #[inline(always)]
+    fn lobe(&self, g: &Geometry<T::Real>) -> T {
+        let [hx, hy, _] = g.h;
+        let sin2 = g.sin2_h();
+        let exact: T::Real = g.ln_cos_h() / sin2;
+        // Below 1e-12 the ratio equals its limit to the last digit.
+        let slope = T::Real::if_less(sin2, T::Real::literal(1e-12), T::Real::literal(-0.5), exact);
+        let (hx2, hy2): (T::Real, T::Real) = (hx * hx, hy * hy);
+        let power = ((self.nu * hx2 + self.nv * hy2) * slope).exp();
+        self.norm * power / (g.cos_d * g.cos_i().greater(g.cos_o()))
+    }
+}
+
+/// The lobe without its reflectance and base, the same exponent along x and y.
+pub(super) struct IsotropicLobe;
+
+impl Part for IsotropicLobe {
+    const SHAPES: usize = 1;
+    type Prepared<T: Scalar> = Exponents<T>;
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponents<T> {
+        let [n] = shapes.take();
+        Exponents::new(n, n)
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(exponents: &Exponents<T>, g: &Geometry<T::Real>) -> [T; 1] {
+        [exponents.lobe(g)]
+    }
+}
+
+/// An exponent as a parameter.
+pub(super) fn exponent(name: &'static str, summary: &'static str) -> ParamSpec {
+    ParamSpec::shape(name, summary, (0.01, 1e6), (2.0, 1e5), 30.0, Scale::Log)
+}
+
 impl Part for AshikhminShirley {
     const SHAPES: usize = 2;
     const FUNCTIONS: usize = 3;
@@ -44,20 +87,12 @@ impl Part for AshikhminShirley {
 
     fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponents<T> {
         let [nu, nv] = shapes.take();
-        Exponents { nu, nv, norm: (nu.plus(1.0) * nv.plus(1.0)).sqrt().times(1.0 / (8.0 * PI)) }
+        Exponents::new(nu, nv)
     }
 
     #[inline(always)]
     fn at<T: Scalar>(e: &Exponents<T>, g: &Geometry<T::Real>) -> [T; 3] {
-        let [hx, hy, _] = g.h;
-        let sin2 = g.sin2_h();
-        let exact: T::Real = g.ln_cos_h() / sin2;
-        // Below 1e-12 the ratio equals its limit to the last digit.
-        let slope = T::Real::if_less(sin2, T::Real::literal(1e-12), T::Real::literal(-0.5), exact);
-        let (hx2, hy2): (T::Real, T::Real) = (hx * hx, hy * hy);
-        let power = ((e.nu * hx2 + e.nv * hy2) * slope).exp();
-        let lobe = e.norm * power / (g.cos_d * g.cos_i().greater(g.cos_o()));
-
+        let lobe = e.lobe(g);
         let schlick = (-g.cos_d).plus(1.0).fifth_power();
         let rise = |cos: T::Real| (-((-cos.times(0.5)).plus(1.0).fifth_power())).plus(1.0);
         let diffuse: T::Real = (rise(g.cos_i()) * rise(g.cos_o())).times(28.0 / (23.0 * PI));
@@ -78,8 +113,6 @@ impl Model for AshikhminShirley {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let exponent =
-            |name, summary| ParamSpec::shape(name, summary, (0.01, 1e6), (2.0, 1e5), 30.0, Scale::Log);
         vec![
             ParamSpec::amplitude("rd", "diffuse reflectance", 1.0, 0.2),
             ParamSpec::amplitude("rs", "specular reflectance at normal incidence", 1.0, 0.05),

@@ -11,7 +11,7 @@
 //! |---|---|---|---|
 //! | m | 1 | 1e-4..1 | roughness: rms slope (Beckmann), alpha (GGX); 0.01 polished, 0.3 satin, 0.7 nearly diffuse |
 //! | ks | 1 | 0..1000 | scale of the lobe; 1 in the physical model, and fixed there unless freed or F is none |
-//! | f0; eta, k | 1 | | of the Fresnel part |
+//! | f0, ...; eta, k | 1 | | of the Fresnel part |
 //!
 //! Departure: Cook and Torrance 1982 print 1/(pi ci co) with D = exp(-tan^2/m^2)/(m^2 cos^4); the 4 is the
 //! Jacobian of the half vector and D is normalised here. A `ks` published in their convention is 4/pi (D
@@ -80,8 +80,8 @@ impl Model for CookTorrance {
 
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         match self.fresnel {
-            Fresnel::Schlick | Fresnel::Dielectric => &[("ks", "f0")],
-            _ => &[],
+            Fresnel::Conductor | Fresnel::None => &[],
+            _ => &[("ks", "f0")],
         }
     }
 }

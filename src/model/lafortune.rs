@@ -73,7 +73,7 @@ impl<T: Scalar> Lobe<T> {
 }
 
 /// With one weight for x and y.
-struct Isotropic;
+pub(super) struct Isotropic;
 
 impl Part for Isotropic {
     const SHAPES: usize = 3;
@@ -110,6 +110,23 @@ impl Part for Anisotropic {
     }
 }
 
+fn forward(name: &'static str, summary: &'static str) -> ParamSpec {
+    ParamSpec::shape(name, summary, (-1.0, 1.0), (-1.0, -0.3), -1.0, Scale::Linear).fixed()
+}
+
+fn upward() -> ParamSpec {
+    ParamSpec::shape("cz", "weight of zi zo", (-10.0, 10.0), (0.1, 1.5), 1.0, Scale::Linear)
+}
+
+fn exponent() -> ParamSpec {
+    ParamSpec::shape("n", "exponent", (1.0, 1e6), (1.5, 1e5), 30.0, Scale::Log).sharper_when(Sharper::Larger)
+}
+
+/// The shapes of the isotropic lobe.
+pub(super) fn shapes() -> Vec<ParamSpec> {
+    vec![forward("cxy", "weight of xi xo + yi yo"), upward(), exponent()]
+}
+
 impl Model for Lafortune {
     type Coefficients<T: Scalar> = [T; 1];
 
@@ -129,20 +146,14 @@ impl Model for Lafortune {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let forward = |name, summary| {
-            ParamSpec::shape(name, summary, (-1.0, 1.0), (-1.0, -0.3), -1.0, Scale::Linear).fixed()
-        };
         let ks = ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2);
-        let cz = ParamSpec::shape("cz", "weight of zi zo", (-10.0, 10.0), (0.1, 1.5), 1.0, Scale::Linear);
-        let n = ParamSpec::shape("n", "exponent", (1.0, 1e6), (1.5, 1e5), 30.0, Scale::Log)
-            .sharper_when(Sharper::Larger);
         if self.anisotropic {
             let cy =
                 ParamSpec::shape("cy", "weight of yi yo", (-10.0, 10.0), (-1.5, -0.3), -1.0, Scale::Linear)
                     .isotropic_as("cx");
-            vec![ks, forward("cx", "weight of xi xo"), cy, cz, n]
+            vec![ks, forward("cx", "weight of xi xo"), cy, upward(), exponent()]
         } else {
-            vec![ks, forward("cxy", "weight of xi xo + yi yo"), cz, n]
+            [vec![ks], shapes()].concat()
         }
     }
 

@@ -30,6 +30,14 @@ impl Part for Lambert {
     }
 }
 
+impl Lambert {
+    /// Shows the base of a complete model, kd/pi, as its first product.
+    pub(super) fn show_as_base(visitor: &mut impl Visitor) {
+        visitor.part::<Self>(0);
+        visitor.next_term();
+    }
+}
+
 impl Model for Lambert {
     type Coefficients<T: Scalar> = [T; 1];
 

@@ -15,8 +15,10 @@
 //! To add a model: copy the file of the one most like it, and add one line to the `models!` list below.
 
 mod ashikhmin_shirley;
+mod bagher_sgd;
 mod blinn_phong;
 mod cook_torrance;
+mod cook_torrance_1982;
 mod dipole;
 mod disney_diffuse;
 mod eon;
@@ -26,6 +28,16 @@ mod hanrahan_krueger;
 pub mod kubelka_munk;
 mod lafortune;
 mod lambert;
+mod low_ashikhmin_shirley;
+mod low_cook_torrance;
+mod low_microfacet;
+mod low_smooth;
+mod ngan_ashikhmin_shirley;
+mod ngan_blinn_phong;
+mod ngan_cook_torrance;
+mod ngan_lafortune;
+mod ngan_ward;
+mod ngan_ward_duer;
 mod oren_nayar;
 mod parameter;
 pub mod parts;
@@ -343,4 +355,16 @@ models! {
     kubelka_munk::KubelkaMunk,
     dipole::Dipole,
     hanrahan_krueger::HanrahanKrueger,
+    cook_torrance_1982::CookTorrance1982,
+    ngan_cook_torrance::NganCookTorrance,
+    ngan_ashikhmin_shirley::NganAshikhminShirley,
+    ngan_blinn_phong::NganBlinnPhong,
+    ngan_lafortune::NganLafortune,
+    ngan_ward::NganWard,
+    ngan_ward_duer::NganWardDuer,
+    low_cook_torrance::LowCookTorrance,
+    low_ashikhmin_shirley::LowAshikhminShirley,
+    low_microfacet::LowMicrofacet,
+    low_smooth::LowSmooth,
+    bagher_sgd::BagherSgd,
 }

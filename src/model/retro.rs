@@ -12,7 +12,7 @@
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
-//! | m | 1 | 1e-4..1 | roughness; b turns by half the angle between wi and wo; 0.04 reflective tape |
+//! | m, ... | 1 | 1e-4..1 | of the distribution: roughness; b turns by half the angle between wi and wo; 0.04 reflective tape |
 //! | ks | 1 | 0..1000 | albedo of a sharp lobe at normal incidence |
 //!
 //! Belcour, Pacanowski, Delahaie, Laville-Geay and Eupherte 2014 (doi:10.1364/JOSAA.31.002561) measure tapes

@@ -55,17 +55,20 @@ impl Slopes {
 
     /// Scale of the lobe and roughness.
     pub(super) fn parameters(self) -> Vec<ParamSpec> {
+        [vec![ParamSpec::amplitude("ks", "albedo of a sharp lobe", 1000.0, 0.2)], self.roughness()].concat()
+    }
+
+    /// Roughness.
+    pub(super) fn roughness(self) -> Vec<ParamSpec> {
         let roughness =
             |name, summary| ParamSpec::shape(name, summary, (1e-4, 1.0), (1e-3, 1.0), 0.2, Scale::Log);
-        let mut parameters = vec![ParamSpec::amplitude("ks", "albedo of a sharp lobe", 1000.0, 0.2)];
-        parameters.extend(match self {
+        match self {
             Self::Isotropic => vec![roughness("m", "roughness").sharper_when(Sharper::Smaller)],
             Self::Anisotropic => vec![
                 roughness("mx", "roughness along x").sharper_when(Sharper::Smaller),
                 roughness("my", "roughness along y").isotropic_as("mx"),
             ],
-        });
-        parameters
+        }
     }
 
     /// Shows the exponential.
@@ -124,7 +127,7 @@ impl Part for Anisotropic {
 }
 
 /// 1/sqrt(ci co)
-struct GeometricMean;
+pub(super) struct GeometricMean;
 
 impl Part for GeometricMean {
     const SHAPES: usize = 0;

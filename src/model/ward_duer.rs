@@ -25,7 +25,7 @@ pub struct WardDuer {
 }
 
 /// 1/(ci co)
-struct Product;
+pub(super) struct Product;
 
 impl Part for Product {
     const SHAPES: usize = 0;

@@ -1,6 +1,6 @@
 //! Facet distributions D(h), normalised so that the integral of D(h) (n.h) over the hemisphere is 1.
 
-mod abc;
+pub(crate) mod abc;
 mod beckmann;
 mod blinn_phong;
 mod exponential_power;

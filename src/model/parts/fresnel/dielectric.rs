@@ -9,6 +9,9 @@
 //! multiplied by 1 - sqrt f0, which removes both the division by zero at f0 = 1 (F = 1) and the
 //! cancellation in g - mu at f0 = 0 (F = 0): with r = sqrt f0, G = (1 - r) g, M = (1 - r) mu,
 //! (1 - r)^2 (eta^2 - 1) = 4 r, so G - M = 4 r/(G + M).
+//!
+//! [`DielectricIndex`] is the same reflectance with eta itself as its parameter, for the published tables that print
+//! it: r = (eta - 1)/(eta + 1). Below eta = 1 there would be total reflection; it is left out.
 
 use super::FresnelReflectance;
 use crate::math::Scalar;
@@ -55,5 +58,26 @@ impl FresnelReflectance for Dielectric {
         let s_polarised = difference / sum;
         let p_ratio = (sum * mu - scale) / (difference * mu + scale);
         [s_polarised.squared() * (p_ratio.squared()).plus(1.0).times(0.5), T::constant(0.0), T::constant(0.0)]
+    }
+}
+
+/// The same, given by the refractive index.
+pub(crate) struct DielectricIndex;
+
+impl FresnelReflectance for DielectricIndex {
+    const SHAPES: usize = 1;
+
+    fn parameters() -> Vec<ParamSpec> {
+        vec![ParamSpec::shape("eta", "refractive index", (1.0001, 3.0), (1.05, 2.8), 1.5, Scale::Linear)]
+    }
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        let [eta] = shapes.take();
+        index_constants(eta)
+    }
+
+    #[inline(always)]
+    fn factors<T: Scalar>(constants: &[T; 2], mu: T::Real) -> [T; 3] {
+        Dielectric::factors(constants, mu)
     }
 }

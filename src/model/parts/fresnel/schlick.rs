@@ -7,7 +7,7 @@ use super::FresnelReflectance;
 use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Values};
 
-pub(super) struct Schlick;
+pub(crate) struct Schlick;
 
 impl FresnelReflectance for Schlick {
     const FACTORS: usize = 2;

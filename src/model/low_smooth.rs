@@ -1,0 +1,113 @@
+//! Low's smooth-surface model: scattering by a polished surface, in the directions' projections on it.
+//!
+//! ```text
+//! f = kd/pi + a F(mu')/(1 + b |d|^2)^c
+//! d = xy(wi) + xy(wo),   mu' = sqrt(1 - |xy(wi) - xy(wo)|^2/4)
+//! ```
+//!
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | kd | 1 | 0..2 | albedo of the diffuse base |
+//! | a | 1 | 0..1e5 | strength of the lobe |
+//! | b | 1 | 0.01..1e9 | inverse width of the peak |
+//! | c | 1 | 0.01..20 | decline of the tail |
+//! | eta | 1 | 1.0001..3 | refractive index, the same in all channels; 1.5 glass and plastic |
+//!
+//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), eq. 13, whose supplement
+//! lists fits of the 100 MERL materials; a row is typed in as printed: A, B, C and eta are a, b, c and eta (docs/published.md). Fitted indices run
+//! up to 9.1 there, far beyond any dielectric: F is then nearly constant and eta but a scale. `--bounds eta=1.0001..10`
+//! admits them.
+//!
+//! xy is the projection on the surface and d the deviation from the mirror direction there, in which Rayleigh-Rice theory
+//! writes the scattering of smooth surfaces; the power law is the ABC model of optics. F is the exact reflectance of a dielectric
+//! at mu', the cosine halfway between the two directions. a is f at the mirror direction over F. Where b |d|^2 is large
+//! throughout, a and b have only a b^-c determined. Reciprocal, finite everywhere.
+
+use super::lambert::Lambert;
+use super::parts::distribution::abc;
+use super::parts::fresnel::{DielectricIndex, FresnelReflectance};
+use super::{Choices, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
+use crate::geometry::Geometry;
+use crate::math::{Real, Scalar};
+
+/// Scattering by a polished surface, in the directions' projections on it.
+#[derive(Clone, Copy, Debug)]
+pub struct LowSmooth;
+
+/// (1 + b |d|^2)^-c
+struct Deviation;
+
+impl Part for Deviation {
+    const SHAPES: usize = 2;
+    type Prepared<T: Scalar> = [T; 2];
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        shapes.take()
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(&[b, c]: &[T; 2], g: &Geometry<T::Real>) -> [T; 1] {
+        let ([xi, yi, _], [xo, yo, _]) = (g.wi, g.wo);
+        let (x, y): (T::Real, T::Real) = (xi + xo, yi + yo);
+        [abc::unnormalised(b, c, x * x + y * y)]
+    }
+}
+
+/// F(mu')
+struct Halfway;
+
+impl Part for Halfway {
+    const SHAPES: usize = DielectricIndex::SHAPES;
+    type Prepared<T: Scalar> = [T; 2];
+    type Output<T: Scalar> = [T; 1];
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
+        DielectricIndex::prepare(shapes)
+    }
+
+    #[inline(always)]
+    fn at<T: Scalar>(constants: &[T; 2], g: &Geometry<T::Real>) -> [T; 1] {
+        let ([xi, yi, _], [xo, yo, _]) = (g.wi, g.wo);
+        let (x, y): (T::Real, T::Real) = (xi - xo, yi - yo);
+        // Two directions opposite each other in the horizon can leave a rounding error below 0.
+        let square: T::Real = (-(x * x + y * y).times(0.25)).plus(1.0);
+        let [reflectance, ..] =
+            DielectricIndex::factors(constants, square.greater(T::Real::literal(0.0)).sqrt());
+        [reflectance]
+    }
+}
+
+impl Model for LowSmooth {
+    type Coefficients<T: Scalar> = [T; 2];
+
+    const NAME: &'static str = "low-smooth";
+    const SUMMARY: &'static str = "ABC smooth-surface scattering over Lambert, as fitted by Low et al. 2012";
+    const REFERENCE: &'static str = "Low et al. 2012, BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, \
+        doi:10.1145/2077341.2077350";
+
+    fn build(_: &Choices) -> Self {
+        Self
+    }
+
+    fn parameters(&self) -> Vec<ParamSpec> {
+        let own = vec![
+            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
+            ParamSpec::amplitude("a", "strength of the lobe", 1e5, 1.0),
+            ParamSpec::shape("b", "inverse width of the peak", (1e-2, 1e9), (5.0, 1e6), 200.0, Scale::Log)
+                .sharper_when(Sharper::Larger),
+            ParamSpec::shape("c", "decline of the tail", (0.01, 20.0), (0.3, 4.0), 1.0, Scale::Log),
+        ];
+        [own, DielectricIndex::parameters()].concat()
+    }
+
+    fn visit(&self, visitor: &mut impl Visitor) {
+        Lambert::show_as_base(visitor);
+        visitor.part::<Deviation>(0);
+        visitor.part::<Halfway>(2);
+    }
+
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
+        amplitudes.take()
+    }
+}

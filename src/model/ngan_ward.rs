@@ -1,0 +1,59 @@
+//! Ngan's Ward: Ward's isotropic lobe over a Lambert base, as in a published table of fits.
+//!
+//! ```text
+//! f = kd/pi + ks exp(-tan^2/m^2)/(4 pi m^2 sqrt(ci co))
+//! ```
+//!
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | kd | unscaled MERL | 0..2 | albedo of the diffuse base |
+//! | ks | unscaled MERL | 0..1000 | scale of the lobe |
+//! | m | 1 | 1e-4..1 | roughness |
+//!
+//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
+//! typed in as printed: its diffuse colour is kd, `albedo` ks and `roughness` m. Their kd and ks are in the unit of the database before the
+//! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
+//! b (docs/published.md).
+//!
+//! The lobe is that of `ward`, tan that of the half vector's polar angle. Reciprocal; at grazing f grows without bound
+//! as 1/sqrt(ci co), and yet a sharp lobe loses light; m -> 0 a mirror.
+
+use super::lambert::Lambert;
+use super::ward::{GeometricMean, Slopes};
+use super::{Choices, Model, ParamSpec, Unit, Values, Visitor};
+use crate::math::Scalar;
+
+/// Ward's isotropic lobe over a Lambert base, as in a published table of fits.
+#[derive(Clone, Copy, Debug)]
+pub struct NganWard;
+
+impl Model for NganWard {
+    type Coefficients<T: Scalar> = [T; 2];
+
+    const NAME: &'static str = "ngan-ward";
+    const SUMMARY: &'static str = "Ward over Lambert, as fitted by Ngan et al. 2005";
+    const REFERENCE: &'static str = "Ngan, Durand and Matusik 2005, Experimental Analysis of BRDF Models, \
+        doi:10.2312/EGWR/EGSR05/117-126";
+
+    fn build(_: &Choices) -> Self {
+        Self
+    }
+
+    fn parameters(&self) -> Vec<ParamSpec> {
+        let own = vec![
+            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2).unit(Unit::UnscaledMerl),
+            ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2).unit(Unit::UnscaledMerl),
+        ];
+        [own, Slopes::Isotropic.roughness()].concat()
+    }
+
+    fn visit(&self, visitor: &mut impl Visitor) {
+        Lambert::show_as_base(visitor);
+        Slopes::Isotropic.show(visitor);
+        visitor.part::<GeometricMean>(0);
+    }
+
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
+        amplitudes.take()
+    }
+}

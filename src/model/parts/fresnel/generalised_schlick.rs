@@ -1,0 +1,60 @@
+//! Schlick's approximation with a reflectance at grazing and an exponent of choice.
+//!
+//! ```text
+//! F = f0 + (f90 - f0)(1 - mu)^p_f
+//! ```
+//!
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | f0 | 1 | 0..1 | reflectance at normal incidence |
+//! | f90 | 1 | 0..1 | reflectance at grazing; fixed at 1 unless freed |
+//! | p_f | 1 | 0.5..20 | exponent; fixed at 5 unless freed |
+//!
+//! Schlick 1994 (doi:10.1111/1467-8659.1330233) has f90 = 1 and the exponent 5, and with these it is `schlick`. Linear in f0 and
+//! f90. Directions up to 80 degrees say little of f90 and p_f apart, which is why both are fixed; the exponent bears an index in
+//! its name because distributions have a p.
+
+use super::FresnelReflectance;
+use crate::math::{Real, Scalar};
+use crate::model::{ParamSpec, Scale, Values};
+
+pub(super) struct GeneralisedSchlick;
+
+/// (1 - mu)^exponent, 0 with its derivative where mu is 1.
+#[inline(always)]
+pub(super) fn rise<T: Scalar>(exponent: T, mu: T::Real) -> T {
+    // At the floor every power is below 1e-14 for the exponents within bounds, and the logarithm finite. mu can exceed
+    // 1 by an ulp.
+    let rest = (-mu).plus(1.0).greater(T::Real::literal(1e-30));
+    (exponent * Scalar::ln(rest)).exp()
+}
+
+impl FresnelReflectance for GeneralisedSchlick {
+    const SHAPES: usize = 1;
+    const FACTORS: usize = 2;
+
+    fn parameters() -> Vec<ParamSpec> {
+        vec![
+            ParamSpec::amplitude("f0", "reflectance at normal incidence", 1.0, 0.05),
+            ParamSpec::amplitude("f90", "reflectance at grazing", 1.0, 1.0).fixed(),
+            ParamSpec::shape("p_f", "exponent of the rise", (0.5, 20.0), (2.0, 8.0), 5.0, Scale::Linear)
+                .fixed(),
+        ]
+    }
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        let [exponent] = shapes.take();
+        [exponent, T::constant(0.0)]
+    }
+
+    #[inline(always)]
+    fn factors<T: Scalar>(&[exponent, _]: &[T; 2], mu: T::Real) -> [T; 3] {
+        let s = rise(exponent, mu);
+        [(-s).plus(1.0), s, T::constant(0.0)]
+    }
+
+    fn coefficients<T: Scalar>(amplitudes: &mut Values<'_, T>) -> [T; 3] {
+        let [f0, f90] = amplitudes.take();
+        [f0, f90, T::constant(0.0)]
+    }
+}
