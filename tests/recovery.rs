@@ -155,8 +155,10 @@ fn within_four_errors(label: &str, truth: &ParameterTable, result: &Fit) {
         let (wanted, found) = (truth.rows()[*index].value, result.table.rows()[*index].value);
         // At its bound a parameter has no error; the truth is then not far from it either.
         let Some(error) = covariance.std_error(*index) else {
+            // Noise hides the far end of a table.
             let row = &result.table.rows()[*index];
-            assert!(row.at_lower() || row.at_upper(), "{label}\n{}: no error", truth.name(*index));
+            let hidden = !row.spec.scanned;
+            assert!(hidden || row.at_lower() || row.at_upper(), "{label}\n{}: no error", truth.name(*index));
             continue;
         };
         assert!(

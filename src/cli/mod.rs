@@ -2,6 +2,7 @@
 //!
 //! To add a subcommand: copy the file of the one most like it, and add one line to `subcommands!` below.
 
+mod cost;
 mod evaluate;
 mod fit;
 mod heightfield;

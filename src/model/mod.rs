@@ -195,8 +195,6 @@ pub struct ModelEntry {
     pub options: &'static [ModelOption],
     /// Whether light and viewer may be exchanged.
     pub reciprocal: bool,
-    /// What the model's file says of it: formula, parameters, sources, limits; Markdown.
-    pub manual: &'static str,
     build: fn(&Choices) -> AnyModel,
 }
 
@@ -283,7 +281,6 @@ macro_rules! models {
             reference: <$module::$model as Model>::REFERENCE,
             options: <$module::$model as Model>::OPTIONS,
             reciprocal: <$module::$model as Model>::RECIPROCAL,
-            manual: include_str!(concat!(stringify!($module), ".rs")),
             build: |choices| AnyModel::$model(<$module::$model as Model>::build(choices)),
         }),*];
 
