@@ -322,3 +322,67 @@ fn retro_is_a_mirrored_lobe() {
         assert_relative_eq!(albedo(model, &[0.02], &[0.6], 0.0), 0.6, max_relative = 2e-3);
     }
 }
+
+fn of_choices(name: &str, text: &str) -> AnyModel {
+    let entry = REGISTRY.iter().find(|e| e.name == name).unwrap();
+    entry.variants().into_iter().find(|(_, choices)| choices.text() == text).unwrap().0
+}
+
+/// Published conventions against the normalised microfacet lobe: Low's ks is a quarter of it, Ngan's pi/4, and the 1982
+/// paper's s a quarter; the ABC table's A is ks pi/(4 N) with the N of the normalised distribution.
+#[test]
+fn printed_constants() {
+    let facets = |text: &str| of_choices("cook-torrance", text);
+    let schlick = facets("d=beckmann, g=v-cavity, f=schlick");
+    let dielectric = facets("d=beckmann, g=v-cavity, f=dielectric");
+    let abc = facets("d=abc, g=v-cavity, f=dielectric");
+    // int (1 + B (1 - c))^-C c dw for B = 1000, C = 1.2, computed with mpmath.
+    let n = 0.021_583_150_959_071_866;
+    for pair in scattered_directions(200, 85.0, 31) {
+        let g = geometry(&pair);
+        let of = |name: &str, shapes: &[f64], amplitudes: &[f64]| -> f64 {
+            variant(name, "").value(&g, shapes, amplitudes)
+        };
+        let base = 0.3 / PI;
+        let expected: f64 = schlick.value(&g, &[0.3], &[0.05, 0.8 * 4.0 / PI]);
+        assert_relative_eq!(
+            of("ngan-cook-torrance", &[0.3], &[0.3, 0.8, 0.05]),
+            base + expected,
+            max_relative = 1e-12
+        );
+        let expected: f64 = dielectric.value(&g, &[0.3, 0.04], &[0.8]);
+        assert_relative_eq!(
+            of("low-cook-torrance", &[0.3, 1.5], &[0.3, 0.2]),
+            base + expected,
+            max_relative = 1e-12
+        );
+        assert_relative_eq!(
+            of("cook-torrance-1982", &[0.3, 0.04], &[0.3, 0.2]),
+            base + expected,
+            max_relative = 1e-12
+        );
+        let expected: f64 = abc.value(&g, &[1000.0, 1.2, 0.04], &[4.0 / PI * n * 7.0]);
+        assert_relative_eq!(
+            of("low-microfacet", &[1000.0, 1.2, 1.5], &[0.3, 7.0]),
+            base + expected,
+            max_relative = 1e-10
+        );
+        // The generator of 2000 is Smith's shadowing of the light and of the viewer apart.
+        let smith: f64 =
+            facets("d=beckmann, g=smith-uncorrelated, f=schlick").value(&g, &[0.3], &[0.05, 1.0]);
+        let generated: f64 =
+            of_choices("ashikhmin-premoze-shirley", "d=beckmann, f=schlick").value(&g, &[0.3], &[0.05, 1.0]);
+        assert_relative_eq!(generated, smith, max_relative = 1e-14);
+    }
+}
+
+/// Every mirror of a sharp distribution-based lobe reflects cos/(2 - cos).
+#[test]
+fn distribution_based_mirror() {
+    let model = of_choices("distribution-based", "d=beckmann, f=none");
+    for degrees in [0.0_f64, 40.0, 60.0] {
+        let cos = degrees.to_radians().cos();
+        let found = albedo(&model, &[0.01], &[1.0], degrees.to_radians());
+        assert_relative_eq!(found, cos / (2.0 - cos), max_relative = 3e-3);
+    }
+}

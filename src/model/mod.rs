@@ -14,12 +14,14 @@
 //!
 //! To add a model: copy the file of the one most like it, and add one line to the `models!` list below.
 
+mod ashikhmin_premoze_shirley;
 mod ashikhmin_shirley;
 mod bagher_sgd;
 mod blinn_phong;
 mod cook_torrance;
 mod cook_torrance_1982;
 mod disney_diffuse;
+mod distribution_based;
 mod eon;
 mod evaluation;
 mod expression;
@@ -349,6 +351,8 @@ models! {
     retro::Retro,
     eon::Eon,
     disney_diffuse::DisneyDiffuse,
+    ashikhmin_premoze_shirley::AshikhminPremozeShirley,
+    distribution_based::DistributionBased,
     cook_torrance_1982::CookTorrance1982,
     ngan_cook_torrance::NganCookTorrance,
     ngan_ashikhmin_shirley::NganAshikhminShirley,
