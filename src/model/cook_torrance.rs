@@ -27,10 +27,16 @@ use crate::math::Scalar;
 /// A microfacet lobe.
 #[derive(Clone, Copy, Debug)]
 pub struct CookTorrance {
-    distribution: Distribution,
-    shadowing: Shadowing,
-    fresnel: Fresnel,
+    pub(super) distribution: Distribution,
+    pub(super) shadowing: Shadowing,
+    pub(super) fresnel: Fresnel,
 }
+
+/// The choice of a distribution and of a Fresnel term, for all models that have one.
+pub(super) const DISTRIBUTION: ModelOption =
+    ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" };
+pub(super) const FRESNEL: ModelOption =
+    ModelOption { key: "f", summary: "Fresnel reflectance", values: Fresnel::names, default: "schlick" };
 
 impl Model for CookTorrance {
     type Coefficients<T: Scalar> = [T; 3];
@@ -40,14 +46,14 @@ impl Model for CookTorrance {
     const REFERENCE: &'static str = "Cook and Torrance 1982, A Reflectance Model for Computer Graphics, \
         doi:10.1145/357290.357293; Walter et al. 2007, doi:10.2312/EGWR/EGSR07/195-206";
     const OPTIONS: &'static [ModelOption] = &[
-        ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" },
+        DISTRIBUTION,
         ModelOption {
             key: "g",
             summary: "shadowing and masking",
             values: Shadowing::names,
             default: "smith",
         },
-        ModelOption { key: "f", summary: "Fresnel reflectance", values: Fresnel::names, default: "schlick" },
+        FRESNEL,
     ];
 
     fn build(choices: &Choices) -> Self {

@@ -48,7 +48,10 @@ impl Model for CookTorrance1982 {
             ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
             ParamSpec::amplitude("s", "share of the specular lobe", 1.0, 0.2),
         ];
-        [own, Distribution::Beckmann.parameters(), Fresnel::Dielectric.parameters()].concat()
+        // With s free, the rise towards grazing alone tells f0, and dielectrics and metals are apart by a valley.
+        let fresnel = Fresnel::Dielectric.parameters().into_iter();
+        let fresnel = fresnel.map(|spec| ParamSpec { typical: (0.01, 0.95), ..spec }).collect();
+        [own, Distribution::Beckmann.parameters(), fresnel].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

@@ -14,6 +14,7 @@
 //!
 //! To add a model: copy the file of the one most like it, and add one line to the `models!` list below.
 
+mod ashikhmin_premoze_shirley;
 mod ashikhmin_shirley;
 mod bagher_sgd;
 mod blinn_phong;
@@ -21,6 +22,7 @@ mod cook_torrance;
 mod cook_torrance_1982;
 mod dipole;
 mod disney_diffuse;
+mod distribution_based;
 mod eon;
 mod evaluation;
 mod expression;
@@ -352,6 +354,8 @@ models! {
     kubelka_munk::KubelkaMunk,
     dipole::Dipole,
     hanrahan_krueger::HanrahanKrueger,
+    ashikhmin_premoze_shirley::AshikhminPremozeShirley,
+    distribution_based::DistributionBased,
     cook_torrance_1982::CookTorrance1982,
     ngan_cook_torrance::NganCookTorrance,
     ngan_ashikhmin_shirley::NganAshikhminShirley,
