@@ -60,7 +60,8 @@ fn draw(name: &str, spec: &ParamSpec, rng: &mut Pcg64Mcg) -> f64 {
         "p_f" => linear(3.0, 7.0),
         "tint" => linear(0.5, 0.95),
         "a" if name.starts_with("cook-torrance") => linear(0.3, 3.0),
-        "alpha_f" => linear(3.0, 8.0),
+        // Steeper, the dip lies beyond 80 degrees.
+        "alpha_f" => linear(3.0, 6.0),
         "a" => log(0.5, 50.0),
         "b" if name.starts_with("low-") => log(10.0, 1000.0),
         "c" if name.starts_with("low-") => linear(0.5, 3.0),
@@ -95,7 +96,11 @@ fn truth(case: &Case, channels: &[String], on_grid: bool, rng: &mut Pcg64Mcg) ->
         case.free.iter().map(|name| (Selector::parse(name).unwrap(), Setting::Free)).collect();
     let mut table = ParameterTable::new(&case.expression, channels, on_grid, &free).unwrap();
     for index in table.free().to_vec() {
-        let value = draw(&table.name(index), &table.rows()[index].spec, rng);
+        let mut value = draw(&table.name(index), &table.rows()[index].spec, rng);
+        // A table of exponents is known as far as facets are seen: its last knot, at 55 m, must not lie in the horizon.
+        if table.rows()[index].spec.name == "m" && case.expression.canonical().contains("d=tabulated") {
+            value *= 0.1;
+        }
         table.set_value(index, value);
     }
     table
