@@ -27,9 +27,9 @@ import re
 import sys
 
 NEEDED = ("material", "theta_i_deg", "theta_o_deg", "brdf_per_sr")
-# What the authors leave out: the source overlaps the sample's edge.
+# The authors' plots begin below this.
 GRAZING = 88.0
-# Pairs beyond this say more about the spot's size than about reciprocity.
+# brdfit's default of the largest angle, beyond which measurements are least exact.
 CHECKED = 80.0
 
 

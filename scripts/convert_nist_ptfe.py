@@ -3,7 +3,9 @@
 
     python scripts/convert_nist_ptfe.py PTFE.data.csv ptfe.csv
 
-The layout of the table published with Germer 2017 (doi:10.1364/AO.56.008798): a header, then one line per sample,
+The layout of the table published with Germer 2017 (Full four-dimensional and reciprocal Mueller matrix bidirectional
+reflectance distribution function of sintered polytetrafluoroethylene, Applied Optics): a header, then one line per
+sample,
 
     lambda, thetai, phi, thetar, phir, f_r11, ...     micrometres, degrees, 1/sr
 
