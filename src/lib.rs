@@ -1,6 +1,7 @@
 //! Fits analytic BRDF models to measured reflectance, and says how sure it is.
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
+pub mod drawdown;
 pub mod error;
 pub mod fit;
 pub mod geometry;

@@ -407,6 +407,9 @@ fn mistyped_commands_are_refused() {
     let synth = |what: &str, rest: &str, words: &[&str]| {
         refused(what, &format!("synth -m lambert {rest} -o made.csv"), words)
     };
+    let heightfield = |what: &str, rest: &str, words: &[&str]| {
+        refused(what, &format!("synth --from-heightfield {rest} -o made.csv"), words)
+    };
     let cases = [
         refused("no arguments", "", &["subcommand"]),
         refused("unknown subcommand", "fti good.csv", &["'fti'", "fit"]),
@@ -569,6 +572,50 @@ fn mistyped_commands_are_refused() {
         synth("value beyond its bounds", "--directions 3 --set kd=3", &["kd", "0..2"]),
         synth("set without a value", "--directions 3 --set kd", &["--set", "P=V"]),
         synth("spectral MERL", "--grid merl --set kd[550]=0.1", &["r, g and b", "'550'"]),
+        synth(
+            "a height field of a model",
+            "--from-heightfield gaussian --set m=0.3",
+            &["--from-heightfield", "--model"],
+        ),
+        refused("synth of nothing", "synth --directions 3 -o f.csv", &["--model"]),
+        heightfield("unknown surface", "waves --set m=0.3", &["'waves'", "gaussian", "v-groove"]),
+        heightfield("height field without m", "gaussian", &["--set", "m=V", "nothing"]),
+        heightfield("another parameter", "gaussian --set ks=0.3", &["--set", "m=V", "'ks=0.3'"]),
+        heightfield("m and another parameter", "gaussian --set m=0.3 ks=1", &["--set", "'m=0.3 ks=1'"]),
+        heightfield("m in words", "v-groove --set m=rough", &["--set", "'m=rough'"]),
+        heightfield("m beyond its bounds", "v-groove --set m=1.5", &["m", "0.01..1", "found 1.5"]),
+        heightfield("m NaN", "v-groove --set m=nan", &["m", "0.01..1", "NaN"]),
+        heightfield("height field and directions", "gaussian --set m=0.3 --directions 3", &["--directions"]),
+        heightfield("height field and a grid", "gaussian --set m=0.3 --grid merl", &["--grid"]),
+        heightfield("height field and noise", "gaussian --set m=0.3 --noise 0.1", &["--noise"]),
+        heightfield("no rays", "gaussian --set m=0.3 --rays 0", &["rays", "found 0"]),
+        heightfield("rays in words", "gaussian --set m=0.3 --rays many", &["--rays", "'many'"]),
+        heightfield("tile too small", "gaussian --set m=0.3 --tile 8", &["tile", "16..128", "found 8"]),
+        heightfield("tile of grooves", "v-groove --set m=0.3 --tile 32", &["--tile", "gaussian"]),
+        heightfield(
+            "facets of a gaussian surface",
+            "gaussian --set m=0.3 --facets ggx",
+            &["--facets", "v-groove"],
+        ),
+        heightfield("unknown facets", "v-groove --set m=0.3 --facets flat", &["'flat'", "beckmann", "ggx"]),
+        heightfield(
+            "incidence at the horizon",
+            "gaussian --set m=0.3 --theta-i 30,90",
+            &["incidence", "found 90"],
+        ),
+        heightfield("incidence in words", "gaussian --set m=0.3 --theta-i steep", &["--theta-i", "'steep'"]),
+        heightfield(
+            "max-theta of a height field",
+            "gaussian --set m=0.3 --max-theta 91",
+            &["--max-theta", "91"],
+        ),
+        heightfield(
+            "nothing to see",
+            "v-groove --set m=0.05 --rays 6400 --theta-i 60 --max-theta 10",
+            &["within 10 degrees"],
+        ),
+        synth("rays of a model", "--directions 3 --rays 5", &["--rays", "--from-heightfield"]),
+        synth("incidence of a model", "--directions 3 --theta-i 5", &["--theta-i", "--from-heightfield"]),
         refused("synth to nowhere", "synth -m lambert --directions 3", &["--output"]),
         refused("MERL on stdout", "synth -m lambert --grid merl -o -", &["merl", "-o FILE"]),
     ];
@@ -1238,6 +1285,47 @@ fn synth_writes_what_it_was_asked_for() {
             assert!(noisy[channel] != clean[channel]);
         }
     }
+}
+
+#[test]
+fn a_height_field_is_measured_and_fitted() {
+    let folder = Folder::new();
+    let line = "synth --from-heightfield v-groove --set m=0.3 --rays 50000 --seed 4";
+    let text = folder.brdfit(&format!("{line} -o -")).good().stdout;
+    folder.brdfit(&format!("{line} -o groove.csv")).good();
+    assert_eq!(folder.read("groove.csv"), text, "the same seed traces the same rays");
+    let other = folder.brdfit(&format!("{} -o -", line.replace("--seed 4", "--seed 5"))).good().stdout;
+    assert_ne!(other, text);
+
+    let (names, rows) = table(&text);
+    assert_eq!(names, ["theta_i", "phi_i", "theta_o", "phi_o", "f", "sigma"]);
+    let mut angles: Vec<f64> = rows.iter().map(|row| row[0].round()).collect();
+    angles.dedup();
+    assert_eq!(angles, [0.0, 15.0, 30.0, 45.0, 60.0, 75.0]);
+    for row in &rows {
+        assert!(row[1] == 0.0 && row[2] <= 80.0 && row[4] >= 0.0 && row[5] > 0.0, "{row:?}");
+    }
+    // What became of the rays is in the head.
+    assert!(text.contains("# 51200 rays for each theta_i, seed 4\n"), "{text:.400}");
+
+    // Full strength and the slope that was asked for, to four standard errors and the 0.2 % of the bins.
+    let model = "-m 'cook-torrance(d=beckmann, g=v-cavity, f=none)' --metric l2 --weights sigma";
+    let report = folder.brdfit(&format!("fit groove.csv {model} --json")).good().json();
+    for (name, truth) in [("m", 0.3), ("ks", 1.0)] {
+        let parameters = report["parameters"].as_array().unwrap();
+        let row = parameters.iter().find(|row| row["name"] == name).unwrap();
+        let error = row["std_error"].as_f64().unwrap();
+        assert_abs_diff_eq!(row["value"].as_f64().unwrap(), truth, epsilon = 4.0 * error + 0.002 * truth);
+    }
+
+    // Angles and facets of one's own; a smaller limit of viewing.
+    let line =
+        "synth --from-heightfield gaussian --set m=0.5 --tile 16 --rays 6400 --theta-i 20,40 --max-theta 50";
+    let (_, rows) = table(&folder.brdfit(&format!("{line} -o -")).good().stdout);
+    assert!(rows.iter().all(|row| row[2] <= 50.0 && [20.0, 40.0].contains(&row[0].round())));
+    let line = "synth --from-heightfield v-groove --facets ggx --set m=0.5 --rays 6400 -o ggx.csv";
+    folder.brdfit(line).good();
+    assert!(folder.read("ggx.csv").contains("facets ggx"));
 }
 
 /// Names and numbers of a CSV.

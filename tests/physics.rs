@@ -326,12 +326,41 @@ fn retro_is_a_mirrored_lobe() {
         let expected: f64 = facets.value(&mirrored, &[0.3], &[0.7]);
         assert_relative_eq!(smith.value::<f64>(&g, &[0.3], &[0.7]), expected, max_relative = 1e-12);
     }
-    let min = find("retro", "d=beckmann, g=min");
+    let min = find("retro", "d=beckmann, g=neumann");
     let peak = |degrees: f64| value(&min, &[0.1], &[1.0], (degrees, 0.0), (degrees, 0.0));
     assert_relative_eq!(peak(60.0), 2.0 * peak(0.0), max_relative = 1e-12);
     // An even lobe with slopes of 0.02 has lost some 2 m^2 to the sides.
     for model in [&smith, &min] {
         assert_relative_eq!(albedo(model, &[0.02], &[0.6], 0.0), 0.6, max_relative = 2e-3);
+    }
+}
+
+/// Paint, the dipole and single scattering return no more light than falls on them, even where nothing is absorbed.
+#[test]
+fn layers_do_not_create_light() {
+    let variants = REGISTRY.iter().flat_map(|entry| entry.variants());
+    for (model, choices) in variants {
+        let cases: &[(&[f64], &[f64], f64)] = match (model.name(), choices.get("layer")) {
+            // The reflectance itself: (K/S = 0.25) 1/2; clear film over white 1; Saunderson's loss at the surface.
+            ("kubelka-munk", "opaque") => &[(&[], &[0.25, 0.0, 0.0], 0.5), (&[], &[0.25, 0.04, 0.0], 0.48)],
+            ("kubelka-munk", _) => {
+                &[(&[], &[0.0, 3.0, 1.0, 0.0, 0.0], 1.0), (&[], &[0.0, 3.0, 0.0, 0.0, 0.0], 0.75)]
+            }
+            ("dipole", _) => &[(&[0.999_999, 1.5], &[], f64::NAN), (&[0.9, 1.05], &[], f64::NAN)],
+            ("hanrahan-krueger", _) => {
+                &[(&[-0.9, 100.0, 1.0], &[1.0], f64::NAN), (&[0.5, 100.0, 1.5], &[1.0], f64::NAN)]
+            }
+            _ => continue,
+        };
+        for (shapes, amplitudes, expected) in cases {
+            for theta in [0.0, 0.7, 1.3, 1.5] {
+                let a = albedo(&model, shapes, amplitudes, theta);
+                assert!(a <= 1.0 + 1e-9, "{} {shapes:?} {amplitudes:?} at {theta}: {a}", model.name());
+                if expected.is_finite() {
+                    assert_relative_eq!(a, *expected, max_relative = 1e-9);
+                }
+            }
+        }
     }
 }
 

@@ -2,10 +2,13 @@
 //!
 //! To add a subcommand: copy the file of the one most like it, and add one line to `subcommands!` below.
 
+mod cost;
 mod evaluate;
 mod fit;
+mod heightfield;
 mod info;
 mod input;
+mod kubelka_munk;
 mod loss;
 mod models;
 mod output;
@@ -72,6 +75,8 @@ subcommands! {
     Info: info,
     /// Make a synthetic measurement
     Synth: synth,
+    /// Find a paint's absorption and scattering from reflectances over known backings
+    KubelkaMunk: kubelka_munk,
 }
 
 /// Runs the command line; every message of the program is printed here or in a subcommand's own table.

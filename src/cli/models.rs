@@ -1,5 +1,6 @@
 //! `brdfit models`: the zoo.
 
+use super::cost::{Cost, cost};
 use super::output::json;
 use super::{Outcome, say};
 use brdfit::Error;
@@ -23,6 +24,10 @@ struct ModelRecord {
     name: &'static str,
     summary: &'static str,
     reference: &'static str,
+    /// Whether light and viewer may be exchanged.
+    reciprocal: bool,
+    /// What the default variant costs on this machine, now.
+    cost_ns: Cost,
     options: Vec<OptionRecord>,
     /// Of every variant; a parameter that only some variants have names their choices.
     parameters: Vec<ParameterRecord>,
@@ -125,7 +130,15 @@ fn record(entry: &ModelEntry) -> ModelRecord {
             }
         })
         .collect();
-    ModelRecord { name: entry.name, summary: entry.summary, reference: entry.reference, options, parameters }
+    ModelRecord {
+        name: entry.name,
+        summary: entry.summary,
+        reference: entry.reference,
+        reciprocal: entry.reciprocal,
+        cost_ns: cost(entry),
+        options,
+        parameters,
+    }
 }
 
 fn text(record: &ModelRecord) -> String {
@@ -153,6 +166,13 @@ fn text(record: &ModelRecord) -> String {
             p.role,
             p.sharing
         );
+    }
+    let Cost { value, with_derivatives } = record.cost_ns;
+    text += &format!(
+        "  {value:.1} ns an evaluation, {with_derivatives:.1} ns with derivatives, in blocks on one thread\n"
+    );
+    if !record.reciprocal {
+        text += "  not reciprocal\n";
     }
     text + &format!("  {}\n", record.reference)
 }

@@ -1,5 +1,6 @@
 //! `brdfit synth`: makes a synthetic measurement.
 
+use super::heightfield::{HeightfieldArguments, Surface, traced_table};
 use super::input::checked_max_theta;
 use super::output::Output;
 use super::settings::values;
@@ -11,30 +12,38 @@ use brdfit::measurement::formats::{ReadOptions, merl, read_directions};
 use brdfit::model::Expression;
 use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Arguments of `brdfit synth`.
 #[derive(Args)]
 pub struct Arguments {
     /// Model expression
-    #[arg(short, long = "model", value_name = "EXPR")]
-    model: String,
-    /// Values of parameters, P=V; P.r=V, P.g=V ... make channels r, g ...
+    #[arg(
+        short,
+        long = "model",
+        value_name = "EXPR",
+        required_unless_present = "from_heightfield",
+        conflicts_with = "from_heightfield"
+    )]
+    model: Option<String>,
+    /// Values of parameters, P=V; P.r=V, P.g=V ... make channels r, g ...; a height field has m=V alone
     #[arg(long, value_name = "P=V", num_args = 1..)]
     set: Vec<String>,
     #[command(flatten)]
     place: Place,
-    /// Largest angle of incidence and viewing, degrees, with --directions
+    #[command(flatten)]
+    heightfield: HeightfieldArguments,
+    /// Largest angle of incidence and viewing, degrees, with --directions; of viewing with --from-heightfield
     #[arg(long, default_value_t = 80.0, value_name = "DEG")]
     max_theta: f64,
     /// Noise relative to the value
-    #[arg(long, default_value_t = 0.0, value_name = "REL")]
+    #[arg(long, default_value_t = 0.0, value_name = "REL", conflicts_with = "from_heightfield")]
     noise: f64,
     /// Noise in 1/sr
-    #[arg(long, default_value_t = 0.0, value_name = "S")]
+    #[arg(long, default_value_t = 0.0, value_name = "S", conflicts_with = "from_heightfield")]
     noise_abs: f64,
-    /// Seed of directions and noise
+    /// Seed of directions and noise, of surfaces and rays
     #[arg(long, default_value_t = 0, value_name = "N")]
     seed: u64,
     /// File to write: CSV, or a MERL table with --grid merl; '-' for standard output
@@ -55,6 +64,9 @@ struct Place {
     /// The directions of a CSV file or another measurement
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
+    /// No model: rays traced over a rough surface of perfect mirrors
+    #[arg(long, value_enum, value_name = "SURFACE")]
+    from_heightfield: Option<Surface>,
 }
 
 /// The most directions that fit in the memory of an ordinary machine.
@@ -72,7 +84,13 @@ enum Grid {
 
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let expression = Expression::parse(&arguments.model)?;
+    if let Some(surface) = arguments.place.from_heightfield {
+        let max_theta = checked_max_theta(arguments.max_theta)?;
+        let traced = arguments.heightfield.simulation(surface, &arguments.set, max_theta, arguments.seed)?;
+        return write(&arguments.output, || traced_table(&traced, &arguments.output));
+    }
+    arguments.heightfield.check_absent()?;
+    let expression = Expression::parse(arguments.model.as_deref().unwrap_or_default())?;
     let settings = values("--set", &arguments.set, Setting::Set)?;
     for (option, value) in [("--noise", arguments.noise), ("--noise-abs", arguments.noise_abs)] {
         if !(value >= 0.0 && value.is_finite()) {
@@ -85,25 +103,34 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let channels = channels(&settings, on_grid)?;
     let table = ParameterTable::new(&expression, &channels, on_grid, &settings)?;
 
-    let to_stdout = arguments.output.as_os_str() == "-";
-    if on_grid && to_stdout {
+    if on_grid && to_stdout(&arguments.output) {
         return Err(Error::Usage(
             "--grid merl: expected -o FILE, found '-': a MERL table is binary".to_owned(),
         ));
     }
-    let output = if to_stdout { None } else { Some(Output::open(&arguments.output)?) };
-    let bytes = if on_grid {
-        merl_table(arguments, &expression, &table, noise)?
-    } else {
+    write(&arguments.output, || {
+        if on_grid {
+            return merl_table(arguments, &expression, &table, noise);
+        }
         let pairs = match (&arguments.place.at, arguments.place.directions) {
             (Some(path), _) => read_directions(path, &ReadOptions::default())?,
             (None, n) => scattered_directions(n.unwrap_or(0), max_theta, arguments.seed),
         };
-        scattered_table(arguments, &expression, &table, noise, pairs)?.into_bytes()
-    };
-    match output {
-        Some(output) => output.commit(&bytes)?,
-        None => say(&String::from_utf8_lossy(&bytes))?,
+        Ok(scattered_table(arguments, &expression, &table, noise, pairs)?.into_bytes())
+    })
+}
+
+fn to_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Writes what `make` makes, to a file that is opened before.
+fn write(path: &Path, make: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<Outcome, Error> {
+    if to_stdout(path) {
+        say(&String::from_utf8_lossy(&make()?))?;
+    } else {
+        let output = Output::open(path)?;
+        output.commit(&make()?)?;
     }
     Ok(Outcome::Good)
 }

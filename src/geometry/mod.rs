@@ -97,8 +97,9 @@ impl<R: Real> Geometry<R> {
     #[must_use]
     pub fn ln_cos_h(&self) -> R {
         let sin2: R = -self.sin2_h();
-        // Rounding can make sin^2 reach or exceed 1 when h lies in the horizon: a cosine below 1e-8 counts as that.
-        sin2.greater(R::literal(-1.0 + 1.2e-16)).ln_1p().times(0.5)
+        // Rounding can make sin^2 1 or an ulp more when h lies in the horizon. Kept below, the logarithm is finite:
+        // a power that underflows would otherwise have the derivative 0 times infinity.
+        sin2.greater(R::literal(-1.0 + 0.5 * f64::EPSILON)).ln_1p().times(0.5)
     }
 }
 

@@ -25,6 +25,7 @@ impl BadRecord {
 
 /// The records of a CSV text with their lines; `#` comments and blank lines are left out, fields trimmed.
 pub fn records(text: &str) -> impl Iterator<Item = Result<(Place, StringRecord), BadRecord>> {
+    let mut lines = Lines { byte: 0, line: 1 };
     csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -32,9 +33,10 @@ pub fn records(text: &str) -> impl Iterator<Item = Result<(Place, StringRecord),
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes())
         .into_records()
-        .map(|record| {
-            let place =
-                |position: Option<&csv::Position>| position.map_or(Place::File, |p| Place::Line(p.line()));
+        .map(move |record| {
+            let mut place = |position: Option<&csv::Position>| {
+                position.map_or(Place::File, |p| Place::Line(lines.of_record(text, p.byte())))
+            };
             match record {
                 Ok(record) => Ok((place(record.position()), record)),
                 Err(error) => {
@@ -44,6 +46,37 @@ pub fn records(text: &str) -> impl Iterator<Item = Result<(Place, StringRecord),
         })
         // A line of nothing but white space is not a record.
         .filter(|r| !matches!(r, Ok((_, fields)) if fields.len() == 1 && fields.get(0) == Some("")))
+}
+
+/// Counts lines. The reader's own count stands before the blank lines and comments that it skips, and before the
+/// second half of a CRLF.
+struct Lines {
+    /// All before this byte is counted.
+    byte: usize,
+    /// The line that it is in, from 1.
+    line: u64,
+}
+
+impl Lines {
+    /// The line of the first record at or after `byte`.
+    fn of_record(&mut self, text: &str, byte: u64) -> u64 {
+        let bytes = text.as_bytes();
+        let mut at = usize::try_from(byte).unwrap_or(usize::MAX);
+        loop {
+            at = match bytes.get(at) {
+                Some(b'\r' | b'\n') => at + 1,
+                Some(b'#') => {
+                    let rest = bytes.get(at..).unwrap_or_default();
+                    at + rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len())
+                }
+                _ => break,
+            };
+        }
+        let passed = bytes.get(self.byte..at).unwrap_or_default();
+        self.line += passed.iter().map(|b| u64::from(*b == b'\n')).sum::<u64>();
+        self.byte = self.byte.max(at);
+        self.line
+    }
 }
 
 /// Which column holds what.
@@ -134,4 +167,18 @@ impl Columns {
 fn listed(header: &StringRecord) -> String {
     let names: Vec<&str> = header.iter().collect();
     excerpt(&names.join(","))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_those_of_an_editor() {
+        let text = "# comment\n\na,b\n1,2\n# another\n   \n\n\"3\n3\",4\n5,6\n";
+        for text in [text.to_owned(), text.replace('\n', "\r\n")] {
+            let lines: Vec<Place> = records(&text).map(|record| record.unwrap().0).collect();
+            assert_eq!(lines, [3, 4, 8, 10].map(Place::Line), "{text:?}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::{AnyModel, BasisBlock, Choices, REGISTRY};
 use crate::error::{Error, excerpt};
-use crate::geometry::Geometry;
+use crate::geometry::{Block, Directions, Geometry, Row};
 use crate::math::Scalar;
 
 /// One term of a sum.
@@ -87,6 +87,43 @@ impl Expression {
             let shapes: Vec<&[f64]> = of_channel.map(|(shapes, _)| shapes.as_slice()).collect();
             lobe.model.prepare(&shapes, differentiated(index), basis);
         }
+    }
+
+    /// The BRDF at all `directions`, 1/sr, per channel: what [`Expression::value`] gives for each, by blocks. `parameters`
+    /// are shapes and amplitudes per channel and lobe, in formula units.
+    #[must_use]
+    pub fn values(&self, directions: &Directions, parameters: &[Vec<(Vec<f64>, Vec<f64>)>]) -> Vec<Vec<f64>> {
+        let coefficients: Vec<Vec<Vec<f64>>> = parameters
+            .iter()
+            .map(|lobes| {
+                let of_lobe = self.lobes.iter().zip(lobes);
+                of_lobe.map(|(lobe, (_, amplitudes))| lobe.model.coefficients(amplitudes).values).collect()
+            })
+            .collect();
+        let mut bases = Vec::new();
+        self.prepare(parameters, |_| false, &mut bases);
+        let mut block = Block::new();
+        let mut values = vec![Vec::new(); parameters.len()];
+        for range in directions.blocks() {
+            directions.fill(range, &mut block);
+            bases.iter_mut().for_each(BasisBlock::forget);
+            for ((lobes, coefficients), values) in parameters.iter().zip(&coefficients).zip(&mut values) {
+                let mut sum = Row::filled(0.0);
+                for (((lobe, basis), (shapes, _)), coefficients) in
+                    self.lobes.iter().zip(&mut bases).zip(lobes).zip(coefficients)
+                {
+                    lobe.model.evaluate(&block, shapes, false, basis);
+                    for (row, coefficient) in basis.values().iter().zip(coefficients) {
+                        sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += coefficient * value);
+                    }
+                }
+                let seen = sum.iter().zip(block.cos_i()).zip(block.cos_o());
+                let seen =
+                    seen.map(|((f, cos_i), cos_o)| if *cos_i > 0.0 && *cos_o > 0.0 { *f } else { 0.0 });
+                values.extend(seen.take(block.len()));
+            }
+        }
+        values
     }
 
     /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes of each lobe in declared order, in

@@ -20,11 +20,14 @@ mod bagher_sgd;
 mod blinn_phong;
 mod cook_torrance;
 mod cook_torrance_1982;
+mod dipole;
 mod disney_diffuse;
 mod distribution_based;
 mod eon;
 mod evaluation;
 mod expression;
+mod hanrahan_krueger;
+pub mod kubelka_munk;
 mod lafortune;
 mod lambert;
 mod low_ashikhmin_shirley;
@@ -194,8 +197,6 @@ pub struct ModelEntry {
     pub options: &'static [ModelOption],
     /// Whether light and viewer may be exchanged.
     pub reciprocal: bool,
-    /// What the model's file says of it: formula, parameters, sources, limits; Markdown.
-    pub manual: &'static str,
     build: fn(&Choices) -> AnyModel,
 }
 
@@ -282,7 +283,6 @@ macro_rules! models {
             reference: <$module::$model as Model>::REFERENCE,
             options: <$module::$model as Model>::OPTIONS,
             reciprocal: <$module::$model as Model>::RECIPROCAL,
-            manual: include_str!(concat!(stringify!($module), ".rs")),
             build: |choices| AnyModel::$model(<$module::$model as Model>::build(choices)),
         }),*];
 
@@ -351,6 +351,9 @@ models! {
     retro::Retro,
     eon::Eon,
     disney_diffuse::DisneyDiffuse,
+    kubelka_munk::KubelkaMunk,
+    dipole::Dipole,
+    hanrahan_krueger::HanrahanKrueger,
     ashikhmin_premoze_shirley::AshikhminPremozeShirley,
     distribution_based::DistributionBased,
     cook_torrance_1982::CookTorrance1982,

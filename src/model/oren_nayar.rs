@@ -11,12 +11,15 @@
 //!      + albedo^2/pi 0.17 s2/(s2 + 0.13) (1 - cos p (2 b/pi)^2)
 //! variant=qualitative (paper section 4.4)
 //!   f  = albedo/pi (C1 + 0.45 s2/(s2 + 0.09) max(0, cos p) sin a tan b)
+//! variant=fujii (Fujii's improvement of the qualitative form, with s = wi.wo - ci co)
+//!   f  = albedo/pi (1 + r s/t)/(1 + (1/2 - 2/(3 pi)) r),    t = max(ci, co) if s > 0, else 1
 //! ```
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
 //! | albedo | 1 | 0..2 | of the facets, not of the surface |
 //! | sigma | deg | 0..90 | standard deviation of the facets' angle; 10 smooth plaster, 40 clay or sand |
+//! | r | 1 | 0..1 | roughness of `fujii`, in place of sigma; like sigma in radians where it is small |
 //!
 //! Departure: some texts print 0.57 for 0.33 in the qualitative model, a partial compensation for the dropped
 //! interreflection that the paper offers; 0.33 it is here. At sigma = 0 both are Lambert. All are reciprocal.

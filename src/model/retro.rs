@@ -8,7 +8,7 @@
 //! ```
 //!
 //! b = n where wo = wi. The distribution D and G are those of [`cook_torrance`](super::cook_torrance), taken
-//! at b; `g=min` is G = min(ci, co), which leaves 1/(4 max(ci, co)).
+//! at b; `g=neumann`, the default, is G = min(ci, co), which leaves 1/(4 max(ci, co)).
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
@@ -19,27 +19,26 @@
 //! and propose the back vector; Portsmouth, Raab, Belcour and Liu 2026 (<https://arxiv.org/abs/2606.08739>)
 //! show that any microfacet lobe taken at it stays reciprocal and energy conserving: that is `g=smith`. The
 //! default follows the tape measured by the former, on which it is the closest (docs/measured.md): a sharp
-//! lobe with G near 1 reflects ks at any angle, one with `g=min` ks cos(theta), and tapes do fall off as the
+//! lobe with G near 1 reflects ks at any angle, one with `g=neumann` ks cos(theta), and tapes do fall off as the
 //! light comes in more obliquely.
 //!
 //! Departure: no Fresnel term. The light does not come back from facets, and a term rising where wi and wo
 //! are opposed would rise where the lobe is absent. Reciprocal. Energy conserving for ks <= 1, but with
-//! g=none. Grazing: where both directions graze f grows without bound with `g=min`, and is finite where one
+//! g=none. Grazing: where both directions graze f grows without bound with `g=neumann`, and is finite where one
 //! does; the others as in Cook-Torrance. m -> 0: all light goes back where it came from.
 
 use super::parts::distribution::Distribution;
 use super::parts::shadowing::Shadowing;
 use super::{Choices, Model, ModelOption, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
-use crate::math::{Real, Scalar};
+use crate::math::Scalar;
 use std::marker::PhantomData;
 
 /// A lobe back to the light.
 #[derive(Clone, Copy, Debug)]
 pub struct Retro {
     distribution: Distribution,
-    /// None for the lesser cosine.
-    shadowing: Option<Shadowing>,
+    shadowing: Shadowing,
 }
 
 /// A part at the light's mirror image.
@@ -76,24 +75,6 @@ impl<V: Visitor> Visitor for AtMirrorImage<'_, V> {
     }
 }
 
-/// min(ci, co)/(4 ci co)
-struct LesserCosine;
-
-impl Part for LesserCosine {
-    const SHAPES: usize = 0;
-    type Prepared<T: Scalar> = ();
-    type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(_: Values<'_, T>) {}
-
-    #[inline(always)]
-    fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
-        [T::from_real(g.cos_i().greater(g.cos_o()).times(4.0).recip())]
-    }
-}
-
-const MIN: &str = "min";
-
 impl Model for Retro {
     type Coefficients<T: Scalar> = [T; 1];
 
@@ -106,31 +87,27 @@ impl Model for Retro {
         ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" },
         ModelOption {
             key: "g",
-            summary: "shadowing and masking; min is the lesser cosine",
-            values: || [vec![MIN], Shadowing::names()].concat(),
-            default: MIN,
+            summary: "shadowing and masking",
+            values: Shadowing::names,
+            default: "neumann",
         },
     ];
 
     fn build(choices: &Choices) -> Self {
-        let shadowing = match choices.get("g") {
-            MIN => None,
-            name => Some(Shadowing::named(name)),
-        };
-        Self { distribution: Distribution::named(choices.get("d")), shadowing }
+        Self {
+            distribution: Distribution::named(choices.get("d")),
+            shadowing: Shadowing::named(choices.get("g")),
+        }
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let ks = ParamSpec::amplitude("ks", "albedo of a sharp lobe", 1000.0, 0.2);
-        [self.distribution.parameters(), vec![ks]].concat()
+        let scale = ParamSpec::amplitude("ks", "albedo of a sharp lobe", 1000.0, 0.2);
+        [self.distribution.parameters(), vec![scale]].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
         self.distribution.show(&mut AtMirrorImage(visitor));
-        match self.shadowing {
-            Some(shadowing) => shadowing.show(self.distribution, &mut AtMirrorImage(visitor)),
-            None => visitor.part::<LesserCosine>(0),
-        }
+        self.shadowing.show(self.distribution, &mut AtMirrorImage(visitor));
     }
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {

@@ -4,7 +4,11 @@
 //! f = ks/(4 pi mx my ci co) exp(-(hx^2/mx^2 + hy^2/my^2)/hz^2)
 //! ```
 //!
-//! Parameters and shapes are those of [`ward`](super::ward): ks, and m or mx and my.
+//! | parameter | unit | bounds | meaning |
+//! |---|---|---|---|
+//! | ks | 1 | 0..1000 | albedo of a sharp lobe |
+//! | m | 1 | 1e-4..1 | roughness, root-mean-square slope; shape=isotropic |
+//! | mx, my | 1 | 1e-4..1 | the same along x and y; shape=anisotropic |
 //!
 //! Duer 2005, A Note on the Ward BRDF (Bartenbach), and 2006, An Improved Normalization for the Ward
 //! Reflectance Model (doi:10.1080/2151237X.2006.10129215).

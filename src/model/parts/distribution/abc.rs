@@ -14,6 +14,7 @@
 //! their convention). Where b (1 - cos) is large throughout, b and c^-1/b trade off against each other and against the
 //! lobe's scale. Smith's integral is tabulated ([`SlopeTable`]).
 
+use super::slope_table::power_of_two;
 use super::{FacetDistribution, SlopeTable};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
@@ -79,7 +80,7 @@ impl FacetDistribution for Abc {
     fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {
         let [b, c, peak] = Self::prepare(shapes);
         // The peak's width; no wider than the hemisphere.
-        let scale2: T::Real = (b.value().recip().times(2.0)).lesser(T::Real::literal(1.0));
+        let scale2 = power_of_two((b.value().recip().times(2.0)).lesser(T::Real::literal(1.0)));
         let table = SlopeTable::new(|u2: T::Real| {
             let t2: T::Real = u2 * scale2;
             let cos2: T::Real = t2.plus(1.0).recip();

@@ -55,7 +55,7 @@ impl<R: Roughness> FacetDistribution for Beckmann<R> {
 #[inline(always)]
 fn stretched_cos<T: Scalar>(slope2: T, cos: T::Real) -> T {
     // At normal incidence the root's slope would be infinite.
-    let floor = T::constant(1e-200);
+    let floor = T::constant(1e-37);
     let slope = T::if_less(floor.value(), slope2.value(), slope2, floor).sqrt();
     // Beyond x = 26 shadowing is below 1e-290, and x^2 would overflow in its derivatives on the way to
     // normal incidence, where x is infinite.

@@ -30,8 +30,8 @@ fn unit_peak<T: Scalar>(p: T) -> T {
 /// exp(-(u^2)^p)
 #[inline(always)]
 fn fall<T: Scalar>(p: T, u2: T) -> T {
-    // At the normal u^2 = 0, whose logarithm is not finite; (1e-300)^p is next to nothing for every p.
-    let floor = T::constant(1e-300);
+    // At the normal u^2 = 0, whose logarithm is not finite; (1e-37)^p is next to nothing for every p.
+    let floor = T::constant(1e-37);
     let u2 = T::if_less(floor.value(), u2.value(), u2, floor);
     (-(p * u2.ln()).exp()).exp()
 }

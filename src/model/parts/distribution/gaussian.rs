@@ -10,6 +10,7 @@
 //! Its Smith integral has no closed form and is tabulated ([`SlopeTable`]); for small m, where angle and slope are
 //! alike, it tends to Beckmann's.
 
+use super::slope_table::power_of_two;
 use super::{FacetDistribution, Isotropic, Roughness, SlopeTable};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
@@ -62,7 +63,7 @@ impl FacetDistribution for Gaussian {
         let [m] = shapes.take();
         let (inverse_m2, peak): (T, T) = ((m * m).recip(), normalisation(m).recip());
         // The angle is that of a slope on a scale which is held: what changes with m is the distribution.
-        let scale2: T::Real = m.value() * m.value();
+        let scale2: T::Real = power_of_two(m.value() * m.value());
         let table = SlopeTable::new(|u2: T::Real| {
             let t2: T::Real = u2 * scale2;
             let alpha: T::Real = t2.sqrt().atan2(T::Real::literal(1.0));

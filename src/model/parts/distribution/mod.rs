@@ -395,8 +395,10 @@ mod tests {
                         })
                     })
                     .sum();
+                // The errors that the table of slopes states.
+                let stated = if matches!(d, Distribution::Tabulated) { 2e-4 } else { 2e-5 };
                 assert!(
-                    (g1 * seen / cos - 1.0).abs() < 2e-5,
+                    (g1 * seen / cos - 1.0).abs() < stated,
                     "{name} {shapes:?} {theta}: {}",
                     g1 * seen / cos
                 );

@@ -14,6 +14,7 @@
 //! incomplete gamma function is found by quadrature, since its argument 1 - p can be negative. Smith's integral is
 //! tabulated ([`SlopeTable`]) in place of the paper's fitted one, which `bagher-sgd` has.
 
+use super::slope_table::power_of_two;
 use super::{FacetDistribution, SlopeTable};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Scalar};
@@ -82,7 +83,7 @@ impl FacetDistribution for Sgd {
     fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {
         let prepared = Self::prepare(shapes);
         let [alpha, ..] = prepared;
-        let scale2: T::Real = alpha.value();
+        let scale2: T::Real = power_of_two(alpha.value());
         let table = SlopeTable::new(|u2: T::Real| {
             let t2: T::Real = u2 * scale2;
             slope_density(&prepared, t2) * scale2

@@ -26,11 +26,11 @@
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar, count};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, LOG2_E, PI};
 use std::sync::{Arc, LazyLock};
 
 /// Cells of the table.
-const CELLS: usize = 64;
+const CELLS: usize = 96;
 
 /// Value and slope at the ends of every cell, per cell.
 type Nodes<T> = [[T; 2]; CELLS + 1];
@@ -47,7 +47,7 @@ pub struct SlopeTable<T: Scalar> {
 /// every scale from 1e-8 to 1e8 and carries the tails beyond.
 static POINTS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
     const STEP: f64 = 0.1;
-    const EACH_SIDE: usize = 38;
+    const EACH_SIDE: usize = 45;
     (0..=2 * EACH_SIDE)
         .map(|i| {
             let s = (count(i) - count(EACH_SIDE)) * STEP;
@@ -57,21 +57,35 @@ static POINTS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
         .collect()
 });
 
+/// The power of two next to a positive number.
+pub(super) fn power_of_two<R: Real>(x: R) -> R {
+    const OFFSET: f64 = 2048.0;
+    let exponent = count(x.ln().times(LOG2_E).plus(OFFSET + 0.5).whole()) - OFFSET;
+    R::literal(exponent.exp2())
+}
+
 impl<T: Scalar> SlopeTable<T> {
     /// The table for a density of slopes that is given, in units of the scale, as a function of the squared slope in
     /// the same units. Its integral over the plane is 1.
     pub fn new(density: impl Fn(T::Real) -> T) -> Self {
         let literal = T::Real::literal;
-        // What decides the fate of light at grazing is the slopes that most facets have; their mean, which need not be
-        // exact, makes the table's unit.
-        let mean = POINTS.iter().fold(literal(0.0), |sum, (w, weight)| {
+        // Farther out than a small type can count there are no facets that it could see.
+        let countable = |w: f64| {
+            let (volume, end) = (literal(100.0 * w * w * w), literal(1e300));
+            T::Real::if_less(volume, end, literal(1.0), literal(0.0)).whole() == 1
+        };
+        let usable = || POINTS.iter().filter(|(w, _)| countable(*w));
+        // What decides the fate of light at grazing is the slopes that most facets have; their mean, roughly, makes the
+        // table's unit. A power of two stays the same when shapes change a little, so that f changes smoothly with them.
+        let mean = usable().fold(literal(0.0), |sum, (w, weight)| {
             sum + density(literal(w * w)).value() * literal(2.0 * PI * w * w * weight)
         });
+        let mean = power_of_two(mean);
         let mean2: T::Real = mean * mean;
         let density = |u2: f64| density(mean2 * literal(u2)) * mean2;
         let node = |y: f64| -> [T; 2] {
             let mut sums = [T::constant(0.0); 2];
-            for (w, weight) in POINTS.iter() {
+            for (w, weight) in usable() {
                 let at = density(y * y + w * w);
                 let angle = w.atan2(y);
                 let [value, slope] = sums;
@@ -100,7 +114,7 @@ impl<T: Scalar> SlopeTable<T> {
     #[expect(clippy::indexing_slicing, reason = "the cell is kept inside the table")]
     pub fn stretched_cos(&self, slope2: T, cos: T::Real) -> T {
         // At normal incidence the root's slope would be infinite.
-        let floor = T::constant(1e-200);
+        let floor = T::constant(1e-37);
         let slope = T::if_less(floor.value(), slope2.value(), slope2, floor).sqrt() * self.mean;
         // r^2 = 1/(1 + y) = m sin/(m sin + cos)
         let place = (slope / (slope + cos)).sqrt().times(count(CELLS));

@@ -19,6 +19,20 @@ use crate::model::{ParamSpec, Role, Scale, Values};
 
 pub(super) struct Dielectric;
 
+/// What [`index_reflectance`] needs to know of a refractive index of at least 1: sqrt f0 = (eta - 1)/(eta + 1).
+#[inline(always)]
+pub(crate) fn index_constants<T: Scalar>(eta: T) -> [T; 2] {
+    let r: T = eta.plus(-1.0) / eta.plus(1.0);
+    [r, (-r).plus(1.0)]
+}
+
+/// F at cosine `mu`, more than 0.
+#[inline(always)]
+pub(crate) fn index_reflectance<T: Scalar>(constants: &[T; 2], mu: T::Real) -> T {
+    let [reflectance, ..] = Dielectric::factors(constants, mu);
+    reflectance
+}
+
 impl FresnelReflectance for Dielectric {
     const SHAPES: usize = 1;
 
@@ -59,8 +73,7 @@ impl FresnelReflectance for DielectricIndex {
 
     fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
         let [eta] = shapes.take();
-        let sum = eta.plus(1.0);
-        [eta.plus(-1.0) / sum, sum.recip().times(2.0)]
+        index_constants(eta)
     }
 
     #[inline(always)]

@@ -12,7 +12,7 @@ mod none;
 mod normal_incidence;
 mod schlick;
 
-pub(crate) use dielectric::DielectricIndex;
+pub(crate) use dielectric::{DielectricIndex, index_constants, index_reflectance};
 pub use normal_incidence::{Known, NAMES, eta_of_f0, f0_of_eta, f0_of_index, known_f0};
 pub(crate) use schlick::Schlick;
 

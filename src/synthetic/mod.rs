@@ -1,4 +1,7 @@
-//! Synthetic measurements: a model's values at given directions, with noise of known size.
+//! Synthetic measurements: a model's values at given directions, with noise of known size; and what a rough
+//! surface of little mirrors reflects, ray by ray.
+
+pub mod heightfield;
 
 use crate::error::Error;
 use crate::fit::ParameterTable;
@@ -87,22 +90,18 @@ pub fn values(
 ) -> Values {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ NOISE_STREAM);
     let parameters: Vec<_> = (0..table.channels().len()).map(|c| table.formula_values(c)).collect();
-    let mut result =
-        Values { values: vec![Vec::new(); parameters.len()], sigma: vec![Vec::new(); parameters.len()] };
-    for geometry in directions.iter() {
-        for ((channel, row), deviations) in parameters.iter().zip(&mut result.values).zip(&mut result.sigma) {
-            let f: f64 = expression.value(&geometry, channel);
-            let sigma = noise.sigma(f);
-            let mut value = f;
-            if noise.any() {
+    let mut values = expression.values(directions, &parameters);
+    let sigma = values.iter().map(|row| row.iter().map(|f| noise.sigma(*f)).collect()).collect();
+    if noise.any() {
+        // Sample by sample, all channels of each.
+        for sample in 0..directions.len() {
+            for value in values.iter_mut().filter_map(|row| row.get_mut(sample)) {
                 let mut normal = || rng.sample::<f64, _>(StandardNormal);
-                value = f * (1.0 + noise.relative * normal()) + noise.absolute * normal();
+                *value = *value * (1.0 + noise.relative * normal()) + noise.absolute * normal();
             }
-            row.push(value);
-            deviations.push(sigma);
         }
     }
-    result
+    Values { values, sigma }
 }
 
 /// A synthetic measurement in memory.

@@ -1,0 +1,75 @@
+//! `brdfit kubelka-munk`: absorption and scattering of paint from reflectances over known backings.
+
+use super::fit::ReportArguments;
+use super::output::{Output, json};
+use super::{Outcome, remark, say};
+use brdfit::Error;
+use brdfit::drawdown::{Record, Surface, fit, read, text};
+use brdfit::model::kubelka_munk::layers::surface_of_index;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `brdfit kubelka-munk`.
+#[derive(Args)]
+pub struct Arguments {
+    /// CSV of reflectances over black and white, or other known backings (docs/kubelka-munk.md)
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
+    /// Thickness of the film, for a file without a column of it; 'inf' for opaque paint
+    #[arg(long, value_name = "X", value_parser = positive)]
+    thickness: Option<f64>,
+    /// What the film's surface reflects of light from outside and of diffuse light from inside
+    #[arg(long, value_name = "K1,K2", value_parser = surface, conflicts_with = "eta")]
+    saunderson: Option<Surface>,
+    /// Refractive index of the film, to compute these from
+    #[arg(long, value_name = "N", value_parser = index)]
+    eta: Option<f64>,
+    #[command(flatten)]
+    report: ReportArguments,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(x) if x > 0.0 => Ok(x),
+        _ => Err("expected a number of more than 0, or 'inf'".to_owned()),
+    }
+}
+
+fn surface(text: &str) -> Result<Surface, String> {
+    let share = |text: &str| text.trim().parse().ok().filter(|k: &f64| (0.0..1.0).contains(k));
+    let pair = text.split_once(',').and_then(|(k1, k2)| Some(Surface { k1: share(k1)?, k2: share(k2)? }));
+    pair.ok_or_else(|| "expected two shares such as 0.04,0.596, each at least 0 and less than 1".to_owned())
+}
+
+fn index(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(n) if (1.01..=5.0).contains(&n) => Ok(n),
+        _ => Err("expected a refractive index from 1.01 to 5".to_owned()),
+    }
+}
+
+/// Runs the subcommand.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let Arguments { input, thickness, eta, report, .. } = arguments;
+    let of_index = eta.map(surface_of_index).map(|[k1, k2]| Surface { k1, k2 });
+    let surface = arguments.saunderson.or(of_index).unwrap_or_default();
+    report.check_inputs(std::slice::from_ref(input))?;
+    let output = report.file().map(Output::open).transpose()?;
+    let drawdown = read(input, *thickness)?;
+    let fitted = fit(&drawdown, surface)?;
+    let record = Record::new(&drawdown, &fitted, surface, *thickness, *eta);
+    let written = json(&record)?;
+    if report.json_alone() {
+        say(&written)?;
+    }
+    if !report.quiet() {
+        if !report.json_alone() {
+            say(&text(&record, drawdown.thickness_known))?;
+        }
+        record.warnings().iter().for_each(|text| remark(&format!("warning: {text}")));
+    }
+    if let Some(output) = output {
+        output.commit(written.as_bytes())?;
+    }
+    Ok(if record.usable { Outcome::Good } else { Outcome::NotUsable })
+}

@@ -1,0 +1,370 @@
+//! K and S of one channel by least squares.
+
+use super::closed_form::from_two_backings;
+use super::table::{Patch, Series};
+use super::{Drawdown, Surface};
+use crate::error::Error;
+use crate::fit::{LeastSquares, Limits, Linearisation, Termination, Tolerances, minimise};
+use crate::math::{Dual, Scalar as _, count};
+use crate::model::kubelka_munk::layers::{Film, opaque, saunderson, saunderson_inverse};
+use nalgebra::{DMatrix, DVector};
+
+/// A number and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity {
+    /// The number.
+    pub value: f64,
+    /// Its standard error; none at a bound, or where there are no more reflectances than unknowns and no
+    /// standard deviations.
+    pub std_error: Option<f64>,
+}
+
+/// What one channel tells.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// Index into the drawdown's series.
+    pub series: usize,
+    /// Absorption per thickness; none where the reflectances do not determine it.
+    pub k: Option<Quantity>,
+    /// Scattering per thickness, likewise.
+    pub s: Option<Quantity>,
+    /// K/S; none where S is 0 too.
+    pub k_over_s: Option<Quantity>,
+    /// Reflectance of an opaque layer of the same paint, without the surface.
+    pub r_inf: Option<Quantity>,
+    /// Number of reflectances.
+    pub n: usize,
+    /// Number of reflectances less that of unknowns.
+    pub dof: usize,
+    /// Root mean square of the reflectances' residuals.
+    pub rms: f64,
+    /// chi^2/dof, where every reflectance has a standard deviation.
+    pub reduced_chi2: Option<f64>,
+    /// `closed-form` or `least-squares`.
+    pub method: &'static str,
+    /// Why the fit stopped: `exact` for the closed form.
+    pub reason: &'static str,
+    /// Whether the result can be relied on.
+    pub usable: bool,
+    /// What to know before relying on it.
+    pub remarks: Vec<Remark>,
+}
+
+/// A warning about one channel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remark {
+    /// `not-usable`, `opaque`, `at-bound` or `no-errors`.
+    pub kind: &'static str,
+    /// What it is, and what to do.
+    pub text: String,
+}
+
+/// The largest K X and S X that are searched: any more of either is as opaque.
+const MOST: f64 = 1e4;
+/// The largest K/S of opaque paint: it reflects 5e-7.
+const BLACKEST: f64 = 1e6;
+/// The search for a start: so many values of S X, even in the logarithm between two ends, each with the best of so many of
+/// K/S. Each is followed to its minimum: in films that nearly hide their backing K/S is so much better determined than their
+/// size that the costs at the points of a grid do not tell which size is the best.
+const SIZES: (u32, f64, f64) = (25, 1e-4, 1e2);
+const RATIOS: (u32, f64, f64) = (61, 1e-6, 1e6);
+/// Each start is followed for so many iterations, and the best few then to the end.
+const ROUGH_ITERATIONS: u64 = 15;
+const FINALISTS: usize = 3;
+/// A share of the light that comes from the backing below this does not tell thickness from anything.
+const OPAQUE: f64 = 1e-10;
+
+/// Fits every channel.
+///
+/// # Errors
+/// [`Error::Optimiser`] for a defect.
+pub fn fit(drawdown: &Drawdown, surface: Surface) -> Result<Vec<Fitted>, Error> {
+    let series = drawdown.series.iter().enumerate();
+    series.map(|(index, series)| fit_series(index, series, surface)).collect()
+}
+
+/// The reflectances of one channel as a problem in K X and S X, X a typical thickness; with opaque paint alone in K/S.
+struct Problem<'a> {
+    patches: &'a [Patch],
+    surface: Surface,
+    /// Typical thickness; none where all are infinite.
+    unit: Option<f64>,
+    /// Whether every patch has a standard deviation.
+    weighted: bool,
+}
+
+impl<'a> Problem<'a> {
+    fn new(series: &'a Series, surface: Surface) -> Self {
+        let finite: Vec<f64> =
+            series.patches.iter().map(|p| p.thickness).filter(|x| x.is_finite()).map(f64::ln).collect();
+        let mean = finite.iter().sum::<f64>() / count(finite.len().max(1));
+        Self {
+            patches: &series.patches,
+            surface,
+            unit: (!finite.is_empty()).then(|| mean.exp()),
+            weighted: series.patches.iter().all(|p| p.sigma.is_some()),
+        }
+    }
+
+    fn unknowns(&self) -> usize {
+        if self.unit.is_some() { 2 } else { 1 }
+    }
+
+    fn reflectance(&self, patch: &Patch, kx: Dual<f64, 2>, sx: Dual<f64, 2>) -> Dual<f64, 2> {
+        let below = match self.unit {
+            Some(unit) if patch.thickness.is_finite() => {
+                let layers = patch.thickness / unit;
+                Film::new(kx * layers, sx * layers).over(Dual::constant(patch.background))
+            }
+            _ => opaque(kx, sx),
+        };
+        saunderson(Dual::constant(self.surface.k1), Dual::constant(self.surface.k2), below)
+    }
+
+    /// Residuals and their derivatives by K X and S X, divided by the standard deviations if wanted.
+    fn residuals(&self, kx: f64, sx: f64, weighted: bool) -> Vec<Dual<f64, 2>> {
+        let (kx, sx) = (Dual::variable(kx, 0), Dual::variable(sx, 1));
+        let residual = |patch: &Patch| {
+            let weight = patch.sigma.filter(|_| weighted).map_or(1.0, f64::recip);
+            (self.reflectance(patch, kx, sx) - patch.reflectance) * weight
+        };
+        self.patches.iter().map(residual).collect()
+    }
+
+    fn point(&self, x: &DVector<f64>) -> (f64, f64) {
+        // With opaque paint the one unknown is K/S.
+        let at = |index: usize| x.get(index).copied();
+        (at(0).unwrap_or(f64::NAN), at(1).unwrap_or(1.0))
+    }
+}
+
+impl LeastSquares for Problem<'_> {
+    fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+        let (kx, sx) = self.point(x);
+        let residuals = self.residuals(kx, sx, self.weighted);
+        let partial = |row: usize, column: usize| {
+            residuals.get(row).and_then(|r| r.partials.get(column)).copied().unwrap_or(f64::NAN)
+        };
+        Linearisation::dense(
+            DMatrix::from_fn(residuals.len(), x.len(), partial),
+            DVector::from_iterator(residuals.len(), residuals.iter().map(|r| r.value)),
+        )
+    }
+
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        vec![(0.0, if self.unit.is_some() { MOST } else { BLACKEST }), (0.0, MOST)]
+            .into_iter()
+            .take(self.unknowns())
+            .collect()
+    }
+
+    fn cost_floor(&self) -> f64 {
+        // Reflectances are numbers up to 1, known to rounding at best.
+        let of_patch = |p: &Patch| (f64::EPSILON / p.sigma.filter(|_| self.weighted).unwrap_or(1.0)).powi(2);
+        self.patches.iter().map(of_patch).sum()
+    }
+}
+
+/// A solution before its errors are known.
+struct Found {
+    x: DVector<f64>,
+    method: &'static str,
+    termination: Option<Termination>,
+}
+
+fn fit_series(index: usize, series: &Series, surface: Surface) -> Result<Fitted, Error> {
+    let problem = Problem::new(series, surface);
+    let found = match closed_form(&problem) {
+        Some(x) => Found { x, method: "closed-form", termination: None },
+        None => by_least_squares(&problem)?,
+    };
+    Ok(judge(index, &problem, &found))
+}
+
+/// Two reflectances of one thickness over two backings.
+fn closed_form(problem: &Problem<'_>) -> Option<DVector<f64>> {
+    let [one, two] = problem.patches else { return None };
+    if one.thickness != two.thickness || !one.thickness.is_finite() {
+        return None;
+    }
+    let Surface { k1, k2 } = problem.surface;
+    let below = [one, two].map(|p| saunderson_inverse(k1, k2, p.reflectance));
+    let (kx, sx) = from_two_backings(below, [one.background, two.background])?;
+    (kx <= MOST && sx <= MOST).then(|| DVector::from_vec(vec![kx, sx]))
+}
+
+fn by_least_squares(problem: &Problem<'_>) -> Result<Found, Error> {
+    let ratios: Vec<f64> = (0..RATIOS.0).map(|i| even(RATIOS, i)).collect();
+    let sizes: Vec<Option<f64>> = match problem.unknowns() {
+        1 => vec![None],
+        _ => (0..SIZES.0).map(|i| Some(even(SIZES, i))).collect(),
+    };
+    // Of each S X the K/S that fits best.
+    let start = |size: &Option<f64>| {
+        let at = |ratio: &f64| match size {
+            Some(sx) => DVector::from_vec(vec![ratio * sx, *sx]),
+            None => DVector::from_vec(vec![*ratio]),
+        };
+        let cost = |x: &DVector<f64>| -> f64 {
+            let (kx, sx) = problem.point(x);
+            problem.residuals(kx, sx, problem.weighted).iter().map(|r| r.value * r.value).sum()
+        };
+        let within = |x: &DVector<f64>| x.iter().all(|v| *v <= MOST);
+        ratios.iter().map(at).filter(within).min_by(|a, b| cost(a).total_cmp(&cost(b)))
+    };
+    let rough = Tolerances { refinements: 0, ..Tolerances::default() };
+    let mut ends = Vec::new();
+    for start in sizes.iter().filter_map(start) {
+        ends.push(minimise(problem, start, rough, Limits::iterations(ROUGH_ITERATIONS))?);
+    }
+    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut best = None;
+    for end in ends.into_iter().take(FINALISTS) {
+        let solution = minimise(problem, end.x, Tolerances::default(), Limits::default())?;
+        let better = |(cost, _): &(f64, Found)| solution.cost < *cost;
+        if best.as_ref().is_none_or(better) {
+            let termination = Some(solution.termination);
+            best = Some((solution.cost, Found { x: solution.x, method: "least-squares", termination }));
+        }
+    }
+    best.map(|(_, found)| found).ok_or_else(|| Error::Optimiser("no start for a drawdown".to_owned()))
+}
+
+/// The value number `i` of so many, even in the logarithm between two ends.
+fn even((n, low, high): (u32, f64, f64), i: u32) -> f64 {
+    low * (high / low).powf(f64::from(i) / f64::from(n - 1))
+}
+
+/// Standard deviations of the parameters of `columns`, in units of the residuals' own; none where they are not determined.
+fn spread(columns: &[DVector<f64>]) -> Option<Vec<f64>> {
+    let n = columns.len();
+    let rows = columns.first()?.len();
+    let model = Linearisation {
+        cost: 1.0,
+        ..Linearisation::dense(DMatrix::from_columns(columns), DVector::zeros(rows))
+    };
+    let spread = model.standard_deviations(n, 1)?;
+    spread.iter().all(|s| s.is_finite()).then(|| spread.iter().copied().collect())
+}
+
+fn judge(index: usize, problem: &Problem<'_>, found: &Found) -> Fitted {
+    let (kx, sx) = problem.point(&found.x);
+    let n = problem.patches.len();
+    let dof = n.saturating_sub(problem.unknowns());
+    let plain: f64 = problem.residuals(kx, sx, false).iter().map(|r| r.value * r.value).sum();
+    let rows = problem.residuals(kx, sx, problem.weighted);
+    let cost: f64 = rows.iter().map(|r| r.value * r.value).sum();
+    // The size of the residuals: 1 by their standard deviations, else found from what is left of them.
+    let noise = match (problem.weighted, dof) {
+        (true, _) => Some(1.0),
+        (false, 0) => None,
+        (false, _) => Some((cost / count(dof)).sqrt()),
+    };
+    let by = |f: &dyn Fn([f64; 2]) -> f64| DVector::from_iterator(n, rows.iter().map(|r| f(r.partials)));
+    let (by_k, by_s) = (by(&|[k, _]| k), by(&|[_, s]| s));
+    let ratio = kx / sx;
+    // K/S and S instead of K and S: dR/d(K/S) = S dR/dK, and dR/dS along with K.
+    let by_ratio = &by_k * sx;
+    let by_size = &by_s + &by_k * ratio;
+
+    let through = share_of_backing(problem, kx, sx);
+    let is_opaque = problem.unit.is_none() || through < OPAQUE || kx >= MOST || sx >= MOST;
+    let (at_k, at_s) = (kx <= 0.0, sx <= 0.0);
+    let is_black = problem.unit.is_none() && kx >= BLACKEST;
+    // What the reflectances determine: K and S, though one may be at a bound, where it does not count for the error of the
+    // other.
+    let known = n >= problem.unknowns() && !is_opaque && spread(&[by_k.clone(), by_s.clone()]).is_some();
+    let free: Vec<DVector<f64>> =
+        [(at_k, by_k), (at_s, by_s)].into_iter().filter(|(at, _)| !at).map(|(_, column)| column).collect();
+    let both = known.then(|| if free.is_empty() { Some(Vec::new()) } else { spread(&free) }).flatten();
+    let of_ratio = match (&both, is_opaque) {
+        _ if at_k || at_s || is_black => None,
+        (Some(_), _) => spread(&[by_ratio, by_size]).and_then(|s| s.first().copied()),
+        (None, true) => spread(&[by_ratio]).and_then(|s| s.first().copied()),
+        (None, false) => None,
+    };
+    let determined = both.is_some() || (is_opaque && (of_ratio.is_some() || at_k || at_s || is_black));
+
+    let quantity = |value: f64, deviation: Option<f64>| Quantity {
+        value,
+        std_error: deviation.zip(noise).map(|(deviation, noise)| deviation * noise),
+    };
+    let mut deviations = both.clone().unwrap_or_default().into_iter();
+    let unit = problem.unit.unwrap_or(1.0);
+    let mut coefficient = |at: bool, value: f64| {
+        let deviation = if at { None } else { deviations.next() };
+        both.as_ref().map(|_| quantity(value / unit, deviation.map(|d| d / unit)))
+    };
+    let (k, s) = (coefficient(at_k, kx), coefficient(at_s, sx));
+    let k_over_s = (determined && ratio.is_finite()).then(|| quantity(ratio, of_ratio));
+    let r_inf = k_over_s.map(|_| {
+        let r: Dual<f64, 1> = opaque(Dual::variable(ratio, 0), Dual::constant(1.0));
+        let [slope] = r.partials;
+        quantity(r.value, of_ratio.map(|d| d * slope.abs()))
+    });
+
+    let converged = found.termination.is_none_or(|t| t.converged() || is_exact(cost, problem));
+    let mut remarks = Vec::new();
+    let mut remark = |kind, text: &str| remarks.push(Remark { kind, text: text.to_owned() });
+    if !converged {
+        remark("not-usable", "the fit did not converge: check the reflectances and the backings");
+    } else if !determined && n < problem.unknowns() {
+        remark(
+            "not-usable",
+            "one reflectance does not determine K and S: measure over a second backing or at a second thickness",
+        );
+    } else if !determined {
+        remark(
+            "not-usable",
+            "the reflectances do not tell K from S: measure over backings that differ more, or at another thickness",
+        );
+    } else if is_opaque && problem.unit.is_some() {
+        remark("opaque", "the backing does not show: only K/S is determined; measure a thinner film");
+    }
+    if determined && (at_k || at_s) {
+        let which = if at_k { "K" } else { "S" };
+        remark(
+            "at-bound",
+            &format!("{which} ended at 0: check the reflectances of the backings and --saunderson"),
+        );
+    }
+    if is_black {
+        remark("at-bound", "K/S ended at its largest value, 1e6: nothing is reflected");
+    }
+    if determined && noise.is_none() {
+        remark(
+            "no-errors",
+            "as many unknowns as reflectances: standard errors need a column 'sigma', or more of them",
+        );
+    }
+    Fitted {
+        series: index,
+        k,
+        s,
+        k_over_s,
+        r_inf,
+        n,
+        dof,
+        rms: (plain / count(n.max(1))).sqrt(),
+        reduced_chi2: (problem.weighted && dof > 0).then(|| cost / count(dof)),
+        method: found.method,
+        reason: found.termination.map_or("exact", Termination::name),
+        usable: converged && determined,
+        remarks,
+    }
+}
+
+/// Whether nothing but rounding is left of the residuals: then it does not matter that no step lowers them.
+fn is_exact(cost: f64, problem: &Problem<'_>) -> bool {
+    cost <= 100.0 * problem.cost_floor()
+}
+
+/// The largest share of the light that has been to the backing and back.
+fn share_of_backing(problem: &Problem<'_>, kx: f64, sx: f64) -> f64 {
+    let of_patch = |patch: &Patch| {
+        let layers = patch.thickness / problem.unit.unwrap_or(1.0);
+        let film = Film::new(kx * layers, sx * layers);
+        if layers.is_finite() { film.over(1.0) - film.reflectance() } else { 0.0 }
+    };
+    problem.patches.iter().map(of_patch).fold(0.0, f64::max)
+}

@@ -1,0 +1,319 @@
+//! CSV of reflectances over backings; documented in docs/kubelka-munk.md.
+//!
+//! Two layouts, told apart by the header: a row per patch with a column per channel, or, if any column begins with
+//! `over_`, a row per channel with a column per backing.
+
+use crate::error::{Error, Place, excerpt};
+use crate::measurement::csv_table::records;
+use crate::measurement::formats::File;
+use crate::measurement::{Channel, Source};
+use csv::StringRecord;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// One reflectance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// Thickness of the film; infinite for paint that hides its backing.
+    pub thickness: f64,
+    /// Reflectance of the backing, 0..1.
+    pub background: f64,
+    /// Reflectance measured, 0..1.
+    pub reflectance: f64,
+    /// Its standard deviation, where the file gives one.
+    pub sigma: Option<f64>,
+}
+
+/// All reflectances in one channel.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// The channel.
+    pub channel: Channel,
+    /// At least one.
+    pub patches: Vec<Patch>,
+}
+
+/// A measured drawdown.
+#[derive(Clone, Debug)]
+pub struct Drawdown {
+    /// Where it came from.
+    pub source: Source,
+    /// Rows of data.
+    pub rows: usize,
+    /// Whether the thickness is known: from the file or from the caller. Otherwise it is 1, the film's own.
+    pub thickness_known: bool,
+    /// One per channel, in the file's order.
+    pub series: Vec<Series>,
+}
+
+/// A header or a field that is not what it should be: expected, found.
+type Wrong = (String, String);
+
+const THICKNESS: &str = "thickness";
+const BACKGROUND: &str = "background";
+const SIGMA: &str = "sigma";
+const OVER: &str = "over_";
+/// Columns that name the channel of a row.
+const NAMES: [&str; 2] = ["channel", "wavelength"];
+/// Backings that are known without a column of their own.
+const IDEAL: [(&str, f64); 2] = [("black", 0.0), ("white", 1.0)];
+/// The channel of a file that names none.
+const ONLY_CHANNEL: &str = "reflectance";
+
+/// Reads a drawdown. `thickness` is that of every row, for a file that has none.
+///
+/// # Errors
+/// [`Error::Io`], [`Error::Malformed`], [`Error::NoSamples`]; [`Error::Usage`] for a thickness given twice.
+pub fn read(path: &Path, thickness: Option<f64>) -> Result<Drawdown, Error> {
+    let mut file = File::open(path)?;
+    if file.head(1).is_empty() {
+        return Err(Error::malformed(path, Place::File, "a table of reflectances", "an empty file"));
+    }
+    let text = file.text()?;
+    let mut records = records(&text);
+    let Some((place, header)) = records.next().transpose().map_err(|e| e.in_file(path))? else {
+        return Err(Error::malformed(path, Place::File, "a header naming the columns", "only comments"));
+    };
+    let at = |place| move |(expected, found): Wrong| Error::malformed(path, place, expected, found);
+    let columns = Columns::parse(&header).map_err(at(place))?;
+    if thickness.is_some() && columns.thickness.is_some() {
+        let text = format!("--thickness: {} has a column '{THICKNESS}' of its own", path.display());
+        return Err(Error::Usage(text));
+    }
+    let mut series: Vec<Series> = Vec::new();
+    let mut rows = 0;
+    for record in records {
+        let (place, fields) = record.map_err(|e| e.in_file(path))?;
+        if fields.len() != header.len() {
+            let expected = format!("{} fields, as the header has", header.len());
+            return Err(Error::malformed(path, place, expected, fields.len().to_string()));
+        }
+        rows += 1;
+        for (channel, patch) in columns.patches(&fields, thickness.unwrap_or(1.0)).map_err(at(place))? {
+            match series.iter_mut().find(|s| s.channel.name == channel.name) {
+                Some(known) => known.patches.push(patch),
+                None => series.push(Series { channel, patches: vec![patch] }),
+            }
+        }
+    }
+    if rows == 0 {
+        return Err(Error::no_samples(path, &BTreeMap::new()));
+    }
+    let thickness_known = thickness.is_some() || columns.thickness.is_some();
+    let source = Source { path: path.to_owned(), format: "csv", sha256: file.sha256() };
+    Ok(Drawdown { source, rows, thickness_known, series })
+}
+
+/// Which column holds what.
+struct Columns {
+    thickness: Option<usize>,
+    layout: Layout,
+}
+
+enum Layout {
+    /// A row per patch.
+    Patches(Vec<ChannelColumns>),
+    /// A row per channel, and the column of its name.
+    Channels { name: Option<usize>, sigma: Option<usize>, backings: Vec<BackingColumns> },
+}
+
+struct ChannelColumns {
+    channel: Channel,
+    reflectance: usize,
+    background: Option<usize>,
+    sigma: Option<usize>,
+}
+
+struct BackingColumns {
+    /// As in `over_white`.
+    column: String,
+    reflectance: usize,
+    background: Background,
+}
+
+enum Background {
+    Column(usize),
+    Ideal(f64),
+}
+
+impl Columns {
+    fn parse(header: &StringRecord) -> Result<Self, Wrong> {
+        for (index, name) in header.iter().enumerate() {
+            if header.iter().take(index).any(|earlier| earlier == name) {
+                return Err(("column names that differ".to_owned(), format!("{} twice", excerpt(name))));
+            }
+            if name.is_empty() {
+                return Err(("a name for every column".to_owned(), format!("none for column {}", index + 1)));
+            }
+            if name.contains(char::is_control) {
+                return Err(("column names without control characters".to_owned(), excerpt(name)));
+            }
+        }
+        let layout = if header.iter().any(|name| name.starts_with(OVER)) {
+            Self::row_per_channel(header)?
+        } else {
+            Self::row_per_patch(header)?
+        };
+        Ok(Self { thickness: column(header, THICKNESS), layout })
+    }
+
+    fn row_per_patch(header: &StringRecord) -> Result<Layout, Wrong> {
+        let own = |prefix: &str, name: &str| name.strip_prefix(prefix)?.strip_prefix('_').map(str::to_owned);
+        let is_channel = |name: &str| {
+            ![THICKNESS, BACKGROUND, SIGMA].contains(&name)
+                && own(BACKGROUND, name).is_none()
+                && own(SIGMA, name).is_none()
+        };
+        let of = |prefix: &str, channel: &str| {
+            let named = |name: &str| own(prefix, name).is_some_and(|n| Channel::named(&n).name == channel);
+            header.iter().position(named).or_else(|| column(header, prefix))
+        };
+        let mut channels: Vec<ChannelColumns> = Vec::new();
+        for (index, name) in header.iter().enumerate().filter(|(_, name)| is_channel(name)) {
+            let channel = Channel::named(name);
+            if channels.iter().any(|c| c.channel.name == channel.name) {
+                return Err(("channels that differ".to_owned(), format!("{} twice", excerpt(name))));
+            }
+            channels.push(ChannelColumns {
+                background: of(BACKGROUND, &channel.name),
+                sigma: of(SIGMA, &channel.name),
+                reflectance: index,
+                channel,
+            });
+        }
+        if channels.is_empty() {
+            let expected =
+                format!("columns '{BACKGROUND}' and one of reflectances per channel, or '{OVER}black'");
+            return Err((expected, listed(header)));
+        }
+        let known = |name: &String| channels.iter().any(|c| c.channel.name == Channel::named(name).name);
+        for prefix in [BACKGROUND, SIGMA] {
+            if let Some(name) = header.iter().filter_map(|name| own(prefix, name)).find(|name| !known(name)) {
+                return Err((format!("a column '{name}' beside '{prefix}_{name}'"), listed(header)));
+            }
+        }
+        Ok(Layout::Patches(channels))
+    }
+
+    fn row_per_channel(header: &StringRecord) -> Result<Layout, Wrong> {
+        let mut backings = Vec::new();
+        for (reflectance, column_name) in header.iter().enumerate() {
+            let Some(name) = column_name.strip_prefix(OVER) else { continue };
+            let ideal =
+                IDEAL.iter().find(|(ideal, _)| *ideal == name).map(|(_, value)| Background::Ideal(*value));
+            let background = column(header, name).map(Background::Column).or(ideal).ok_or_else(|| {
+                (
+                    format!("a column '{name}', the reflectance of the backing of '{OVER}{name}'"),
+                    listed(header),
+                )
+            })?;
+            backings.push(BackingColumns { column: column_name.to_owned(), reflectance, background });
+        }
+        let is_backing = |name: &str| column(header, &format!("{OVER}{name}")).is_some();
+        let understood = |name: &str| {
+            [THICKNESS, SIGMA].contains(&name)
+                || NAMES.contains(&name)
+                || name.starts_with(OVER)
+                || is_backing(name)
+        };
+        if let Some(name) = header.iter().find(|name| !understood(name)) {
+            let expected = format!(
+                "columns {}, {THICKNESS}, {SIGMA}, {OVER}NAME and NAME, the reflectance of that backing",
+                NAMES.join(" or ")
+            );
+            return Err((expected, excerpt(name)));
+        }
+        let names: Vec<usize> = NAMES.iter().filter_map(|name| column(header, name)).collect();
+        if names.len() > 1 {
+            return Err((format!("one column of {}", NAMES.join(" and ")), "both".to_owned()));
+        }
+        Ok(Layout::Channels { name: names.first().copied(), sigma: column(header, SIGMA), backings })
+    }
+
+    /// What a row tells.
+    fn patches(&self, fields: &StringRecord, default: f64) -> Result<Vec<(Channel, Patch)>, Wrong> {
+        let thickness = self.thickness.map_or(Ok(default), |column| thickness(field(fields, column)))?;
+        let patch = |reflectance: f64, background: f64, sigma: Option<f64>| Patch {
+            thickness,
+            background,
+            reflectance,
+            sigma,
+        };
+        match &self.layout {
+            Layout::Patches(channels) => channels
+                .iter()
+                .map(|c| {
+                    let reflectance = share(&c.channel.name, field(fields, c.reflectance))?;
+                    let background = match c.background {
+                        Some(column) => share(BACKGROUND, field(fields, column))?,
+                        // Where nothing shines through, any will do.
+                        None if thickness == f64::INFINITY => 0.0,
+                        None => {
+                            let expected = format!("a column '{BACKGROUND}' for a film of finite thickness");
+                            return Err((expected, "none".to_owned()));
+                        }
+                    };
+                    let sigma = c.sigma.map(|column| deviation(field(fields, column))).transpose()?;
+                    Ok((c.channel.clone(), patch(reflectance, background, sigma)))
+                })
+                .collect(),
+            Layout::Channels { name, sigma, backings } => {
+                let name = name.map_or(ONLY_CHANNEL, |column| field(fields, column));
+                if name.is_empty() || name.contains(char::is_control) {
+                    return Err(("the name or wavelength of a channel".to_owned(), excerpt(name)));
+                }
+                let channel = Channel::named(name);
+                let sigma = sigma.map(|column| deviation(field(fields, column))).transpose()?;
+                backings
+                    .iter()
+                    .map(|b| {
+                        let background = match b.background {
+                            Background::Column(column) => share(BACKGROUND, field(fields, column))?,
+                            Background::Ideal(value) => value,
+                        };
+                        let reflectance = share(&b.column, field(fields, b.reflectance))?;
+                        Ok((channel.clone(), patch(reflectance, background, sigma)))
+                    })
+                    .collect()
+            }
+        }
+    }
+}
+
+fn column(header: &StringRecord, name: &str) -> Option<usize> {
+    header.iter().position(|field| field == name)
+}
+
+fn field(fields: &StringRecord, column: usize) -> &str {
+    fields.get(column).unwrap_or_default()
+}
+
+/// The names in a header, as found.
+fn listed(header: &StringRecord) -> String {
+    excerpt(&header.iter().collect::<Vec<_>>().join(","))
+}
+
+/// A reflectance.
+fn share(what: &str, text: &str) -> Result<f64, Wrong> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        Ok(value) if value > 1.0 && value <= 100.0 => {
+            Err((format!("a reflectance from 0 to 1 for {what}, not per cent"), excerpt(text)))
+        }
+        _ => Err((format!("a reflectance from 0 to 1 for {what}"), excerpt(text))),
+    }
+}
+
+fn deviation(text: &str) -> Result<f64, Wrong> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err((format!("a finite number of more than 0 for {SIGMA}"), excerpt(text))),
+    }
+}
+
+fn thickness(text: &str) -> Result<f64, Wrong> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 => Ok(value),
+        _ => Err((format!("a {THICKNESS} of more than 0, or 'inf' for opaque paint"), excerpt(text))),
+    }
+}

@@ -1,0 +1,127 @@
+//! docs/models.md is made from the heads of the source files, which are the models' manuals, and must be what they say
+//! now. `BRDFIT_UPDATE=1 cargo test --release --test models` writes it anew.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+use brdfit::model::{ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn source(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/model").join(path)
+}
+
+/// The head of a source file as Markdown whose headings, if any, are of the fifth level.
+fn manual(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let lines = text.lines().take_while(|line| line.starts_with("//!"));
+    let lines = lines.map(|line| line.trim_start_matches("//!").strip_prefix(' ').unwrap_or(""));
+    let head = lines.collect::<Vec<_>>().join("\n");
+    // Links to other parts of the code lead nowhere from a page.
+    let mut plain = String::new();
+    let mut rest = head.as_str();
+    while let Some(start) = rest.find("](super::").or_else(|| rest.find("](crate::")) {
+        let open = rest[..start].rfind('[').unwrap();
+        plain += &rest[..open];
+        plain += &rest[open + 1..start];
+        rest = &rest[start + rest[start..].find(')').unwrap() + 1..];
+    }
+    plain += rest;
+    plain.replace("[`SlopeTable`]", "`SlopeTable`")
+}
+
+fn names(entry: &ModelEntry) -> String {
+    let (model, _) = entry.build(&[]).unwrap();
+    let name = |spec: &ParamSpec| {
+        let mut name = format!("`{}`", spec.name);
+        if spec.sharing == Sharing::PerChannel {
+            name += "*";
+        }
+        if spec.fixed { format!("({name})") } else { name }
+    };
+    let of = |role: Role| {
+        let specs = model.parameters();
+        let named: Vec<String> = specs.iter().filter(|spec| spec.role == role).map(name).collect();
+        named.join(" ")
+    };
+    format!("{} | {}", of(Role::Shape), of(Role::Amplitude))
+}
+
+fn page() -> String {
+    let mut page = String::from(
+        "# Models\n\nMade from the heads of the source files by `BRDFIT_UPDATE=1 cargo test --release --test models`; a \
+         test keeps it fresh. `brdfit models NAME` lists the bounds of every parameter and what an evaluation costs on \
+         your machine; [performance.md](performance.md) has the cost of every variant.\n\n\
+         `*` one value per channel; in parentheses: fixed unless freed. Shapes and amplitudes are those of the default \
+         variant.\n\n| model | what it is | shapes | amplitudes | reciprocal |\n|---|---|---|---|---|\n",
+    );
+    for entry in REGISTRY {
+        let reciprocal = if entry.reciprocal { "yes" } else { "no" };
+        let anchor = format!("[`{0}`](#{0})", entry.name);
+        writeln!(page, "| {anchor} | {} | {} | {reciprocal} |", entry.summary, names(entry)).unwrap();
+    }
+    for entry in REGISTRY {
+        let file = source(&format!("{}.rs", entry.name.replace('-', "_")));
+        write!(page, "\n## {}\n\n{}\n", entry.name, manual(&file)).unwrap();
+        for option in entry.options {
+            let values = (option.values)().iter().map(|v| format!("`{v}`")).collect::<Vec<_>>().join(", ");
+            let (key, summary, default) = (option.key, option.summary, option.default);
+            write!(page, "\n`{key}` ({summary}): {values}; `{default}` by default.\n").unwrap();
+        }
+    }
+    for (folder, title) in [
+        ("distribution", "Facet distributions"),
+        ("shadowing", "Shadowing and masking"),
+        ("fresnel", "Fresnel reflectance"),
+    ] {
+        write!(page, "\n## {title}\n\n{}\n", manual(&source(&format!("parts/{folder}/mod.rs")))).unwrap();
+        let mut files: Vec<PathBuf> = fs::read_dir(source(&format!("parts/{folder}")))
+            .unwrap()
+            .map(|file| file.unwrap().path())
+            .collect();
+        files.sort();
+        for file in files.iter().filter(|file| !file.ends_with("mod.rs")) {
+            let name = file.file_stem().unwrap().to_str().unwrap().replace('_', "-");
+            write!(page, "\n### {name}\n\n{}\n", manual(file)).unwrap();
+        }
+    }
+    page
+}
+
+#[test]
+fn the_page_is_fresh() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/models.md");
+    let page = page();
+    if std::env::var_os("BRDFIT_UPDATE").is_some() {
+        fs::write(&path, &page).unwrap();
+    }
+    let found = fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        found == page,
+        "docs/models.md is not what the sources say: BRDFIT_UPDATE=1 cargo test --release --test models"
+    );
+}
+
+/// Every model's manual has a formula, and its table has every parameter.
+#[test]
+fn every_manual_is_complete() {
+    let mut missing = Vec::new();
+    for entry in REGISTRY {
+        let manual = manual(&source(&format!("{}.rs", entry.name.replace('-', "_"))));
+        if !manual.contains("```text") {
+            missing.push(format!("{}: formula", entry.name));
+        }
+        let word = |c: char| !(c.is_alphanumeric() || c == '_');
+        let mut described = manual.lines().filter_map(|line| line.strip_prefix('|')?.split('|').next());
+        let described: Vec<&str> = described.by_ref().flat_map(|cell| cell.split(word)).collect();
+        // Parts have manuals of their own.
+        let of_a_part = entry.options.iter().any(|o| ["d", "f"].contains(&o.key));
+        for spec in entry.variants().iter().flat_map(|(model, _)| model.parameters()) {
+            let name = format!("{}: {}", entry.name, spec.name);
+            if !of_a_part && !described.contains(&spec.name) && !missing.contains(&name) {
+                missing.push(name);
+            }
+        }
+    }
+    assert!(missing.is_empty(), "not in the manuals: {missing:?}");
+}
