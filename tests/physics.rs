@@ -46,7 +46,7 @@ fn albedo(model: &AnyModel, shapes: &[f64], amplitudes: &[f64], theta_i: f64) ->
 /// What a Fresnel part does it does beside any distribution and shadowing: seen with the default ones.
 fn is_repetition(entry: &ModelEntry, choices: &Choices) -> bool {
     let default = |key: &str| entry.options.iter().all(|o| o.key != key || choices.get(key) == o.default);
-    !default("f") && !(default("d") && default("g"))
+    !(default("f") || default("d") && default("g"))
 }
 
 #[test]
