@@ -9,7 +9,7 @@
 //! `cook-torrance(g=smith-uncorrelated)` with that D, and is evaluated as that. `d` and `f` choose as there, and the
 //! parameters are the same: those of the distribution and of the Fresnel part, and ks.
 //!
-//! Ashikhmin, Premoze and Shirley 2000, A Microfacet-Based BRDF Generator, eq. 12 (doi:10.1145/344779.344814). The paper's
+//! Ashikhmin, Premoze and Shirley 2000, A Microfacet-Based BRDF Generator (doi:10.1145/344779.344814). The paper's
 //! anisotropic densities are `d=...-anisotropic`, its arbitrary ones `d=tabulated`. Reciprocal; energy conserving with F <= 1 and ks
 //! <= 1; finite at grazing; a sharp distribution makes a mirror.
 

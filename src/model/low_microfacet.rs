@@ -50,7 +50,7 @@ impl Part for Facets {
 
     #[inline(always)]
     fn at<T: Scalar>(&[b, c]: &[T; 2], g: &Geometry<T::Real>) -> [T; 1] {
-        [abc::unnormalised(b, c, abc::one_less_cos(g))]
+        [abc::unnormalised(b, c, T::from_real(abc::one_less_cos(g)))]
     }
 }
 

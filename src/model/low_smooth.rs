@@ -13,7 +13,7 @@
 //! | c | 1 | 0.01..20 | decline of the tail |
 //! | eta | 1 | 1.0001..3 | refractive index, the same in all channels; 1.5 glass and plastic |
 //!
-//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), eq. 13, whose supplement
+//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), whose supplement
 //! lists fits of the 100 MERL materials; a row is typed in as printed: A, B, C and eta are a, b, c and eta (docs/published.md). Fitted indices run
 //! up to 9.1 there, far beyond any dielectric: F is then nearly constant and eta but a scale. `--bounds eta=1.0001..10`
 //! admits them.
@@ -50,7 +50,7 @@ impl Part for Deviation {
     fn at<T: Scalar>(&[b, c]: &[T; 2], g: &Geometry<T::Real>) -> [T; 1] {
         let ([xi, yi, _], [xo, yo, _]) = (g.wi, g.wo);
         let (x, y): (T::Real, T::Real) = (xi + xo, yi + yo);
-        [abc::unnormalised(b, c, x * x + y * y)]
+        [abc::unnormalised(b, c, T::from_real(x * x + y * y))]
     }
 }
 

@@ -14,7 +14,6 @@
 //! their convention). Where b (1 - cos) is large throughout, b and c^-1/b trade off against each other and against the
 //! lobe's scale. Smith's integral is tabulated ([`SlopeTable`]).
 
-use super::slope_table::power_of_two;
 use super::{FacetDistribution, SlopeTable};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
@@ -41,7 +40,7 @@ pub(crate) fn normaliser<T: Scalar>(b: T, c: T) -> T {
 
 /// (1 + b (1 - cos))^-c
 #[inline(always)]
-pub(crate) fn unnormalised<T: Scalar>(b: T, c: T, one_less_cos: T::Real) -> T {
+pub(crate) fn unnormalised<T: Scalar>(b: T, c: T, one_less_cos: T) -> T {
     (-(c * (b * one_less_cos).plus(1.0).ln())).exp()
 }
 
@@ -57,7 +56,7 @@ impl FacetDistribution for Abc {
     /// b, c, 1/N.
     type Prepared<T: Scalar> = [T; 3];
     /// The table, and the squared scale on which it stands.
-    type Slopes<T: Scalar> = (SlopeTable<T>, T::Real);
+    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         vec![
@@ -74,18 +73,19 @@ impl FacetDistribution for Abc {
 
     #[inline(always)]
     fn density<T: Scalar>(&[b, c, peak]: &[T; 3], g: &Geometry<T::Real>) -> T {
-        unnormalised(b, c, one_less_cos(g)) * peak
+        unnormalised(b, c, T::from_real(one_less_cos(g))) * peak
     }
 
     fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {
         let [b, c, peak] = Self::prepare(shapes);
         // The peak's width; no wider than the hemisphere.
-        let scale2 = power_of_two((b.value().recip().times(2.0)).lesser(T::Real::literal(1.0)));
-        let table = SlopeTable::new(|u2: T::Real| {
-            let t2: T::Real = u2 * scale2;
-            let cos2: T::Real = t2.plus(1.0).recip();
+        let (narrow, wide): (T, T) = (b.recip().times(2.0), T::constant(1.0));
+        let scale2 = T::if_less(narrow.value(), wide.value(), narrow, wide);
+        let table = SlopeTable::new(|u2: T| {
+            let t2: T = scale2 * u2;
+            let cos2 = t2.plus(1.0).recip();
             // 1 - cos = sin^2/(1 + cos)
-            let one_less_cos: T::Real = t2 * cos2 / cos2.sqrt().plus(1.0);
+            let one_less_cos = t2 * cos2 / cos2.sqrt().plus(1.0);
             unnormalised(b, c, one_less_cos) * peak * cos2 * cos2 * scale2
         });
         (table, scale2)
@@ -93,6 +93,6 @@ impl FacetDistribution for Abc {
 
     #[inline(always)]
     fn stretched_cosines<T: Scalar>((table, scale2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(T::from_real(*scale2), g)
+        table.stretched_cosines(*scale2, g)
     }
 }

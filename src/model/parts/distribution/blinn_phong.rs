@@ -50,7 +50,7 @@ impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
         let m2 = R::product(&m);
         // D cos^4 = 1/(pi m^2) (1 + t^2)^-(n + 4)/2, in units t = m u.
         let power = -(m2.recip().plus(1.0));
-        let table = SlopeTable::new(|u2: T::Real| ((m2 * u2).plus(1.0).ln() * power).exp().times(FRAC_1_PI));
+        let table = SlopeTable::new(|u2: T| ((m2 * u2).plus(1.0).ln() * power).exp().times(FRAC_1_PI));
         (m, table)
     }
 

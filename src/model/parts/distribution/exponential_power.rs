@@ -64,7 +64,7 @@ impl FacetDistribution for ExponentialPower {
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
         let [m, p] = shapes.take();
         let peak = unit_peak(p);
-        (SlopeTable::new(|u2: T::Real| fall(p, T::from_real(u2)) * peak), m * m)
+        (SlopeTable::new(|u2: T| fall(p, u2) * peak), m * m)
     }
 
     #[inline(always)]

@@ -10,7 +10,6 @@
 //! Its Smith integral has no closed form and is tabulated ([`SlopeTable`]); for small m, where angle and slope are
 //! alike, it tends to Beckmann's.
 
-use super::slope_table::power_of_two;
 use super::{FacetDistribution, Isotropic, Roughness, SlopeTable};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
@@ -35,13 +34,20 @@ fn normalisation<T: Scalar>(m: T) -> T {
     RULE.integrate(T::constant(0.0), upper, |u: T| (-(u * u)).exp() * (u * m).times(2.0).sin()) * m.times(PI)
 }
 
+/// The angle of a slope. A difference of 0 carries the derivative, 1/(1 + t^2).
+fn arc_tangent<T: Scalar>(t: T) -> T {
+    let at: T::Real = t.value();
+    let slope: T::Real = (at * at).plus(1.0).recip();
+    (t - at) * slope + at.atan2(T::Real::literal(1.0))
+}
+
 impl FacetDistribution for Gaussian {
     const SHAPES: usize = 1;
     const SLOPES_TAKE_LONG: bool = true;
     /// 1/m^2 and D at the normal.
     type Prepared<T: Scalar> = [T; 2];
-    /// The table, and the scale on which it stands.
-    type Slopes<T: Scalar> = (SlopeTable<T>, T::Real);
+    /// The table, and the squared scale on which it stands.
+    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         Isotropic::parameters()
@@ -62,20 +68,18 @@ impl FacetDistribution for Gaussian {
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
         let [m] = shapes.take();
         let (inverse_m2, peak): (T, T) = ((m * m).recip(), normalisation(m).recip());
-        // The angle is that of a slope on a scale which is held: what changes with m is the distribution.
-        let scale2: T::Real = power_of_two(m.value() * m.value());
-        let table = SlopeTable::new(|u2: T::Real| {
-            let t2: T::Real = u2 * scale2;
-            let alpha: T::Real = t2.sqrt().atan2(T::Real::literal(1.0));
-            let alpha2: T::Real = alpha * alpha;
-            let cos2: T::Real = t2.plus(1.0).recip();
-            (-(inverse_m2 * alpha2)).exp() * peak * cos2 * cos2 * scale2
+        let scale2: T = m * m;
+        let table = SlopeTable::new(|u2: T| {
+            let t2: T = scale2 * u2;
+            let cos2 = t2.plus(1.0).recip();
+            let alpha = arc_tangent(t2.sqrt());
+            (-(inverse_m2 * alpha * alpha)).exp() * peak * cos2 * cos2 * scale2
         });
         (table, scale2)
     }
 
     #[inline(always)]
     fn stretched_cosines<T: Scalar>((table, scale2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(T::from_real(*scale2), g)
+        table.stretched_cosines(*scale2, g)
     }
 }

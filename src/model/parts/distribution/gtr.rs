@@ -59,8 +59,8 @@ impl FacetDistribution for Gtr {
         let [m, gamma] = shapes.take();
         let (m2, peak): (T, T) = (m * m, peak(m, gamma));
         // cos^2 + sin^2/m^2 = (1 + u^2)/(1 + m^2 u^2) with the slope m u
-        let table = SlopeTable::new(|u2: T::Real| {
-            let (near, far): (T, T) = (T::from_real(u2.plus(1.0)), (m2 * u2).plus(1.0));
+        let table = SlopeTable::new(|u2: T| {
+            let (near, far): (T, T) = (u2.plus(1.0), (m2 * u2).plus(1.0));
             (gamma.plus(-2.0) * far.ln() - gamma * near.ln()).exp() * peak * m2
         });
         (table, m2)

@@ -14,7 +14,6 @@
 //! incomplete gamma function is found by quadrature, since its argument 1 - p can be negative. Smith's integral is
 //! tabulated ([`SlopeTable`]) in place of the paper's fitted one, which `bagher-sgd` has.
 
-use super::slope_table::power_of_two;
 use super::{FacetDistribution, SlopeTable};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Scalar};
@@ -51,7 +50,7 @@ impl FacetDistribution for Sgd {
     /// alpha, 1/alpha, p, K/pi.
     type Prepared<T: Scalar> = [T; 4];
     /// The table, and the squared scale on which it stands.
-    type Slopes<T: Scalar> = (SlopeTable<T>, T::Real);
+    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         vec![
@@ -77,29 +76,25 @@ impl FacetDistribution for Sgd {
     fn density<T: Scalar>(prepared: &[T; 4], g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
-        slope_density(prepared, g.tan2_h()) / cos4
+        slope_density(prepared, T::from_real(g.tan2_h())) / cos4
     }
 
     fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {
         let prepared = Self::prepare(shapes);
         let [alpha, ..] = prepared;
-        let scale2: T::Real = power_of_two(alpha.value());
-        let table = SlopeTable::new(|u2: T::Real| {
-            let t2: T::Real = u2 * scale2;
-            slope_density(&prepared, t2) * scale2
-        });
-        (table, scale2)
+        let table = SlopeTable::new(|u2: T| slope_density(&prepared, alpha * u2) * alpha);
+        (table, alpha)
     }
 
     #[inline(always)]
     fn stretched_cosines<T: Scalar>((table, scale2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(T::from_real(*scale2), g)
+        table.stretched_cosines(*scale2, g)
     }
 }
 
 /// D cos^4 at a squared slope.
 #[inline(always)]
-fn slope_density<T: Scalar>(&[alpha, inverse_alpha, p, k_over_pi]: &[T; 4], t2: T::Real) -> T {
+fn slope_density<T: Scalar>(&[alpha, inverse_alpha, p, k_over_pi]: &[T; 4], t2: T) -> T {
     let x = alpha + inverse_alpha * t2;
     (-(x + p * x.ln())).exp() * k_over_pi
 }

@@ -26,7 +26,7 @@
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar, count};
-use std::f64::consts::{FRAC_PI_2, LOG2_E, PI};
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::{Arc, LazyLock};
 
 /// Cells of the table.
@@ -40,7 +40,7 @@ type Nodes<T> = [[T; 2]; CELLS + 1];
 pub struct SlopeTable<T: Scalar> {
     nodes: Arc<Nodes<T>>,
     /// The mean slope, by which the table's unit differs from the caller's.
-    mean: T::Real,
+    mean: T,
 }
 
 /// Points w and weights of the trapezoidal rule after w = exp(pi/2 sinh s) (Takahasi and Mori 1974), which resolves
@@ -57,17 +57,10 @@ static POINTS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
         .collect()
 });
 
-/// The power of two next to a positive number.
-pub(super) fn power_of_two<R: Real>(x: R) -> R {
-    const OFFSET: f64 = 2048.0;
-    let exponent = count(x.ln().times(LOG2_E).plus(OFFSET + 0.5).whole()) - OFFSET;
-    R::literal(exponent.exp2())
-}
-
 impl<T: Scalar> SlopeTable<T> {
     /// The table for a density of slopes that is given, in units of the scale, as a function of the squared slope in
     /// the same units. Its integral over the plane is 1.
-    pub fn new(density: impl Fn(T::Real) -> T) -> Self {
+    pub fn new(density: impl Fn(T) -> T) -> Self {
         let literal = T::Real::literal;
         // Farther out than a small type can count there are no facets that it could see.
         let countable = |w: f64| {
@@ -75,14 +68,14 @@ impl<T: Scalar> SlopeTable<T> {
             T::Real::if_less(volume, end, literal(1.0), literal(0.0)).whole() == 1
         };
         let usable = || POINTS.iter().filter(|(w, _)| countable(*w));
-        // What decides the fate of light at grazing is the slopes that most facets have; their mean, roughly, makes the
-        // table's unit. A power of two stays the same when shapes change a little, so that f changes smoothly with them.
-        let mean = usable().fold(literal(0.0), |sum, (w, weight)| {
-            sum + density(literal(w * w)).value() * literal(2.0 * PI * w * w * weight)
+        // What decides the fate of light at grazing is the slopes that most facets have; their mean, which need not be
+        // exact, makes the table's unit. It carries its derivatives, so that those of f are exact, the table's own error
+        // included: solvers notice.
+        let mean = usable().fold(T::constant(0.0), |sum, (w, weight)| {
+            sum + density(T::constant(w * w)) * literal(2.0 * PI * w * w * weight)
         });
-        let mean = power_of_two(mean);
-        let mean2: T::Real = mean * mean;
-        let density = |u2: f64| density(mean2 * literal(u2)) * mean2;
+        let mean2: T = mean * mean;
+        let density = |u2: f64| density(mean2.times(u2)) * mean2;
         let node = |y: f64| -> [T; 2] {
             let mut sums = [T::constant(0.0); 2];
             for (w, weight) in usable() {

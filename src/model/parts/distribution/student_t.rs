@@ -51,8 +51,7 @@ impl FacetDistribution for StudentT {
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
         let [m, gamma] = shapes.take();
         let scale = gamma.plus(-1.0).recip();
-        let table =
-            SlopeTable::new(|u2: T::Real| (-(gamma * (scale * u2).plus(1.0).ln())).exp().times(FRAC_1_PI));
+        let table = SlopeTable::new(|u2: T| (-(gamma * (scale * u2).plus(1.0).ln())).exp().times(FRAC_1_PI));
         (table, m * m)
     }
 

@@ -25,7 +25,7 @@
 use super::roughness::roughness;
 use super::{FacetDistribution, SlopeTable};
 use crate::geometry::Geometry;
-use crate::math::{GaussLegendre, Real, Scalar};
+use crate::math::{GaussLegendre, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
 use std::f64::consts::FRAC_1_PI;
 use std::sync::LazyLock;
@@ -142,10 +142,7 @@ impl FacetDistribution for Tabulated {
         let [m] = shapes.take();
         let table = Exponents::<T>::new(shapes.take());
         let peak = table.normaliser().recip().times(FRAC_1_PI);
-        let density = |u2: T::Real| {
-            let v: T::Real = u2.ln_1p();
-            (-table.integral(T::from_real(v))).exp() * peak
-        };
+        let density = |u2: T| (-table.integral(u2.plus(1.0).ln())).exp() * peak;
         (SlopeTable::new(density), m * m)
     }
 
