@@ -144,7 +144,13 @@ fn run(case: &Case, sets: usize, on_grid: bool, noise: Noise, check: impl Fn(&st
         let wanted: Vec<String> =
             truth.free().iter().map(|i| format!("{}={}", truth.name(*i), truth.rows()[*i].value)).collect();
         let label = format!("{} set {set}: {}", case.expression.canonical(), wanted.join(" "));
-        assert!(result.unusable.is_none(), "{label}: {:?} {:?}", result.unusable, result.termination);
+        assert!(
+            result.unusable.is_none(),
+            "{label}: {:?} {:?} at {:?}",
+            result.unusable,
+            result.termination,
+            result.table.rows().iter().map(|row| row.value).collect::<Vec<_>>()
+        );
         check(&label, &truth, &result);
     }
 }
@@ -171,8 +177,8 @@ fn within_four_errors(label: &str, truth: &ParameterTable, result: &Fit) {
             assert!(hidden || row.at_lower() || row.at_upper(), "{label}\n{}: no error", truth.name(*index));
             continue;
         };
-        // Of an exponent that is not even known to a tenth, a straight line's error says little.
-        if !result.table.rows()[*index].spec.scanned && error > 0.1 * wanted {
+        // Of an exponent that is not known to a twentieth a straight line's error says little: the tail enters as 1/(s - 1).
+        if !result.table.rows()[*index].spec.scanned && error > 0.05 * wanted {
             continue;
         }
         assert!(

@@ -33,7 +33,9 @@ fn fall<T: Scalar>(p: T, u2: T) -> T {
     // At the normal u^2 = 0, whose logarithm is not finite; (1e-37)^p is next to nothing for every p.
     let floor = T::constant(1e-37);
     let u2 = T::if_less(floor.value(), u2.value(), u2, floor);
-    (-(p * u2.ln()).exp()).exp()
+    // Far out the power overflows, and 0 times infinity would be its derivative; e^-700 is 0 to anyone who sums it.
+    let (power, end) = ((p * u2.ln()).exp(), T::constant(700.0));
+    (-T::if_less(power.value(), end.value(), power, end)).exp()
 }
 
 impl FacetDistribution for ExponentialPower {

@@ -12,15 +12,16 @@
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
 //! | m | 1 | 1e-4..1 | roughness of the peak, where s = 2 |
-//! | s1 .. s7 | 1 | 0..50, the last 1.6..50 | exponents at the knots; all 2 is GGX, e^v Beckmann, constant beyond the peak STD |
+//! | s1 .. s7 | 1 | 0..50, the last 1.6..50 | exponents at the knots; all 2 is GGX, e^v Beckmann, constant beyond the peak STD; s7 is fixed at 2 unless freed |
 //!
 //! s >= 0 makes D cos^4 monotone, and its logarithm has a continuous slope. The peak's curvature defines m (s(0) = 2, the
 //! exponent that GGX and Beckmann share there), so that m and the exponents do not trade off. This is the question
 //! "is it the model or the data?": what error is left with it is not the distribution's. The normalisation and Smith's
 //! shadowing ([`SlopeTable`]) follow from the table. Dupuy, Heitz, Iehl, Poulin and Ostromoukhov 2015 (doi:10.1145/2816795.2818067)
 //! estimate a table from backscattered light by a power iteration; here all data count, with F and the amplitudes, and
-//! every exponent has a standard error. Knots that no sample reaches (tan > 55 m is beyond the horizon for m > 0.1)
-//! keep their start, 2, and have no error.
+//! every exponent has a standard error. Knots that no sample reaches
+//! (tan > 20 m is beyond the horizon's neighbourhood for m > 0.3) are not determined: their exponents have no error, and
+//! through the normalisation F's strength has none either; `--fix s6=2` and so on leaves them out.
 
 use super::roughness::roughness;
 use super::{FacetDistribution, SlopeTable};
@@ -117,7 +118,9 @@ impl FacetDistribution for Tabulated {
         let exponent = |(index, (name, summary)): (usize, (&'static str, &'static str))| {
             // The tail must have a mean slope.
             let least = if index + 1 == EXPONENTS { 1.6 } else { 0.0 };
-            ParamSpec::shape(name, summary, (least, 50.0), (1.6, 4.0), AT_PEAK, Scale::Linear).unscanned()
+            let spec = ParamSpec::shape(name, summary, (least, 50.0), (1.6, 4.0), AT_PEAK, Scale::Linear);
+            // Hardly any measurement sees facets so steep; what they do to the normalisation looks like another f0.
+            if index + 1 == EXPONENTS { spec.unscanned().fixed() } else { spec.unscanned() }
         };
         let roughness = roughness("m", "roughness of the peak").sharper_when(Sharper::Smaller);
         [roughness].into_iter().chain(NAMES.into_iter().zip(SUMMARIES).enumerate().map(exponent)).collect()
