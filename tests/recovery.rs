@@ -98,9 +98,10 @@ fn truth(case: &Case, channels: &[String], on_grid: bool, rng: &mut Pcg64Mcg) ->
     let mut table = ParameterTable::new(&case.expression, channels, on_grid, &free).unwrap();
     for index in table.free().to_vec() {
         let mut value = draw(&table.name(index), &table.rows()[index].spec, rng);
-        // A table of exponents is known as far as facets are seen: its last knot, at 55 m, must not lie in the horizon.
+        // A table of exponents is known where facets are seen: m from 0.02, so that 1500 directions sample the peak, to
+        // 0.08, so that the last free knot, at 20 m, is not in the horizon.
         if table.rows()[index].spec.name == "m" && case.expression.canonical().contains("d=tabulated") {
-            value *= 0.1;
+            value = 0.02 * (value / 0.03).powf(0.42);
         }
         table.set_value(index, value);
     }
