@@ -57,6 +57,8 @@ fn draw(name: &str, spec: &ParamSpec, rng: &mut Pcg64Mcg) -> f64 {
         "cy" => linear(-1.3, -0.5),
         "s" => linear(0.05, 0.9),
         "f1" => linear(-0.8, -0.05),
+        "roughness" => linear(0.2, 0.9),
+        "base" | "metallic" => linear(0.1, 0.9),
         "f90" => linear(0.5, 0.98),
         "p_f" => linear(3.0, 7.0),
         "tint" => linear(0.5, 0.95),
@@ -283,6 +285,7 @@ recovery! {
     oren_nayar_fujii: "oren-nayar(variant=fujii)";
     eon: "eon";
     disney_diffuse: "disney-diffuse";
+    disney_2012: "disney-2012";
     phong: "lambert + phong";
     half_vector_phong: "lambert + blinn-phong";
     lafortune: "lambert + lafortune";

@@ -21,6 +21,7 @@ mod blinn_phong;
 mod cook_torrance;
 mod cook_torrance_1982;
 mod dipole;
+mod disney_2012;
 mod disney_diffuse;
 mod distribution_based;
 mod eon;
@@ -351,6 +352,7 @@ models! {
     retro::Retro,
     eon::Eon,
     disney_diffuse::DisneyDiffuse,
+    disney_2012::Disney2012,
     kubelka_munk::KubelkaMunk,
     dipole::Dipole,
     hanrahan_krueger::HanrahanKrueger,
