@@ -31,7 +31,7 @@
 //! fixed two figures, the diffuse strength and F0, give the two others. Reciprocal. Not energy conserving for rough surfaces
 //! at grazing, as its diffuse lobe is not.
 
-use super::disney_diffuse::DisneyDiffuse;
+use super::disney_diffuse::{DisneyDiffuse, towards_grazing};
 use super::parts::distribution::Distribution;
 use super::parts::fresnel::Fresnel;
 use super::parts::shadowing::Shadowing;
@@ -165,10 +165,9 @@ impl Part for Subsurface {
     #[inline(always)]
     fn at<T: Scalar>(r: &T, g: &Geometry<T::Real>) -> [T; 1] {
         let cos2: T::Real = g.cos_d * g.cos_d;
-        let rise = (*r * cos2).plus(-1.0);
-        let towards = |cos: T::Real| (rise * (-cos).plus(1.0).fifth_power()).plus(1.0);
+        let fss = towards_grazing((*r * cos2).plus(-1.0), g);
         let spread: T::Real = (g.cos_i() + g.cos_o()).recip().plus(-0.5);
-        [(towards(g.cos_i()) * towards(g.cos_o()) * spread).plus(0.5).times(1.25 * FRAC_1_PI)]
+        [(fss * spread).plus(0.5).times(1.25 * FRAC_1_PI)]
     }
 }
 

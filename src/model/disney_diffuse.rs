@@ -41,10 +41,15 @@ impl Part for DisneyDiffuse {
     #[inline(always)]
     fn at<T: Scalar>(twice_r: &T, g: &Geometry<T::Real>) -> [T; 1] {
         let cos2: T::Real = g.cos_d * g.cos_d;
-        let rise = (*twice_r * cos2).plus(-0.5);
-        let towards = |cos: T::Real| (rise * (-cos).plus(1.0).fifth_power()).plus(1.0);
-        [(towards(g.cos_i()) * towards(g.cos_o())).times(FRAC_1_PI)]
+        [towards_grazing((*twice_r * cos2).plus(-0.5), g).times(FRAC_1_PI)]
     }
+}
+
+/// (1 + rise (1 - ci)^5)(1 + rise (1 - co)^5)
+#[inline(always)]
+pub(super) fn towards_grazing<T: Scalar>(rise: T, g: &Geometry<T::Real>) -> T {
+    let towards = |cos: T::Real| (rise * (-cos).plus(1.0).fifth_power()).plus(1.0);
+    towards(g.cos_i()) * towards(g.cos_o())
 }
 
 impl Model for DisneyDiffuse {

@@ -23,7 +23,8 @@
 use super::ashikhmin_shirley::{IsotropicLobe, exponent};
 use super::lambert::Lambert;
 use super::parts::fresnel::{DielectricIndex, FresnelReflectance, Reflectance};
-use super::{Choices, Model, ParamSpec, Sharper, Values, Visitor};
+use super::published::{LOW, base_and_scale};
+use super::{Choices, Model, ParamSpec, Sharper, Unit, Values, Visitor};
 use crate::math::Scalar;
 
 /// The isotropic lobe over a Lambert base, as in a published table of fits.
@@ -36,8 +37,7 @@ impl Model for LowAshikhminShirley {
     const NAME: &'static str = "low-ashikhmin-shirley";
     const SUMMARY: &'static str =
         "isotropic Ashikhmin-Shirley lobe over Lambert, as fitted by Low et al. 2012";
-    const REFERENCE: &'static str = "Low et al. 2012, BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, \
-        doi:10.1145/2077341.2077350";
+    const REFERENCE: &'static str = LOW;
 
     fn build(_: &Choices) -> Self {
         Self
@@ -45,12 +45,8 @@ impl Model for LowAshikhminShirley {
 
     fn parameters(&self) -> Vec<ParamSpec> {
         let n = ParamSpec { bounds: (0.001, 1e6), ..exponent("n", "exponent") };
-        let own = vec![
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
-            ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2),
-            n.sharper_when(Sharper::Larger),
-        ];
-        [own, DielectricIndex::parameters()].concat()
+        let n = n.sharper_when(Sharper::Larger);
+        [base_and_scale(Unit::One), vec![n], DielectricIndex::parameters()].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

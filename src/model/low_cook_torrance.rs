@@ -24,7 +24,8 @@ use super::lambert::Lambert;
 use super::parts::distribution::Distribution;
 use super::parts::fresnel::{DielectricIndex, FresnelReflectance, Reflectance};
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ParamSpec, Values, Visitor};
+use super::published::{LOW, base_and_scale};
+use super::{Choices, Model, ParamSpec, Unit, Values, Visitor};
 use crate::math::Scalar;
 
 /// The model and the constants of a published table of fits.
@@ -36,19 +37,15 @@ impl Model for LowCookTorrance {
 
     const NAME: &'static str = "low-cook-torrance";
     const SUMMARY: &'static str = "Cook-Torrance with the constants of the fits by Low et al. 2012";
-    const REFERENCE: &'static str = "Low et al. 2012, BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, \
-        doi:10.1145/2077341.2077350";
+    const REFERENCE: &'static str = LOW;
 
     fn build(_: &Choices) -> Self {
         Self
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let own = vec![
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
-            ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2),
-        ];
-        [own, Distribution::Beckmann.parameters(), DielectricIndex::parameters()].concat()
+        [base_and_scale(Unit::One), Distribution::Beckmann.parameters(), DielectricIndex::parameters()]
+            .concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

@@ -26,7 +26,8 @@ use super::lambert::Lambert;
 use super::parts::distribution::{Distribution, abc};
 use super::parts::fresnel::{DielectricIndex, FresnelReflectance, Reflectance};
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
+use super::published::{LOW, base_and_abc};
+use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use std::f64::consts::FRAC_1_PI;
@@ -60,22 +61,14 @@ impl Model for LowMicrofacet {
     const NAME: &'static str = "low-microfacet";
     const SUMMARY: &'static str =
         "ABC microfacet lobe over Lambert, with the constants of the fits by Low et al. 2012";
-    const REFERENCE: &'static str = "Low et al. 2012, BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, \
-        doi:10.1145/2077341.2077350";
+    const REFERENCE: &'static str = LOW;
 
     fn build(_: &Choices) -> Self {
         Self
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let own = vec![
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
-            ParamSpec::amplitude("a", "strength of the lobe", 1e5, 1.0),
-            ParamSpec::shape("b", "inverse width of the peak", (1e-2, 1e9), (5.0, 1e6), 200.0, Scale::Log)
-                .sharper_when(Sharper::Larger),
-            ParamSpec::shape("c", "decline of the tail", (0.01, 20.0), (0.3, 4.0), 1.0, Scale::Log),
-        ];
-        [own, DielectricIndex::parameters()].concat()
+        [base_and_abc(), DielectricIndex::parameters()].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

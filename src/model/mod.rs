@@ -45,6 +45,7 @@ mod oren_nayar;
 mod parameter;
 pub mod parts;
 mod phong;
+mod published;
 mod retro;
 mod ward;
 mod ward_duer;

@@ -23,7 +23,8 @@
 use super::ashikhmin_shirley::{IsotropicLobe, exponent};
 use super::lambert::Lambert;
 use super::parts::fresnel::Fresnel;
-use super::{Choices, Model, ParamSpec, Sharing, Sharper, Unit, Values, Visitor};
+use super::published::{NGAN, base_and_scale, shared_f0};
+use super::{Choices, Model, ParamSpec, Sharper, Unit, Values, Visitor};
 use crate::math::Scalar;
 
 /// The isotropic lobe over a Lambert base, as in a published table of fits.
@@ -36,21 +37,15 @@ impl Model for NganAshikhminShirley {
     const NAME: &'static str = "ngan-ashikhmin-shirley";
     const SUMMARY: &'static str =
         "isotropic Ashikhmin-Shirley lobe over Lambert, as fitted by Ngan et al. 2005";
-    const REFERENCE: &'static str = "Ngan, Durand and Matusik 2005, Experimental Analysis of BRDF Models, \
-        doi:10.2312/EGWR/EGSR05/117-126";
+    const REFERENCE: &'static str = NGAN;
 
     fn build(_: &Choices) -> Self {
         Self
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let f0 = ParamSpec::amplitude("f0", "reflectance at normal incidence", 1.0, 0.05);
-        vec![
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2).unit(Unit::UnscaledMerl),
-            ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2).unit(Unit::UnscaledMerl),
-            ParamSpec { sharing: Sharing::Shared, ..f0 },
-            exponent("n", "exponent").sharper_when(Sharper::Larger),
-        ]
+        let lobe = vec![shared_f0(), exponent("n", "exponent").sharper_when(Sharper::Larger)];
+        [base_and_scale(Unit::UnscaledMerl), lobe].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

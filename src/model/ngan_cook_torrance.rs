@@ -26,7 +26,8 @@ use super::lambert::Lambert;
 use super::parts::distribution::Distribution;
 use super::parts::fresnel::Fresnel;
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ParamSpec, Sharing, Unit, Values, Visitor};
+use super::published::{NGAN, base_and_scale, shared_f0};
+use super::{Choices, Model, ParamSpec, Unit, Values, Visitor};
 use crate::math::Scalar;
 use std::f64::consts::FRAC_1_PI;
 
@@ -39,21 +40,15 @@ impl Model for NganCookTorrance {
 
     const NAME: &'static str = "ngan-cook-torrance";
     const SUMMARY: &'static str = "Cook-Torrance with the constants of the fits by Ngan et al. 2005";
-    const REFERENCE: &'static str = "Ngan, Durand and Matusik 2005, Experimental Analysis of BRDF Models, \
-        doi:10.2312/EGWR/EGSR05/117-126";
+    const REFERENCE: &'static str = NGAN;
 
     fn build(_: &Choices) -> Self {
         Self
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let f0 = ParamSpec::amplitude("f0", "reflectance at normal incidence", 1.0, 0.05);
-        let own = vec![
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2).unit(Unit::UnscaledMerl),
-            ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2).unit(Unit::UnscaledMerl),
-            ParamSpec { sharing: Sharing::Shared, ..f0 },
-        ];
-        [own, Distribution::Beckmann.parameters()].concat()
+        let own = base_and_scale(Unit::UnscaledMerl);
+        [own, vec![shared_f0()], Distribution::Beckmann.parameters()].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

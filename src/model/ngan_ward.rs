@@ -19,6 +19,7 @@
 //! as 1/sqrt(ci co), and yet a sharp lobe loses light; m -> 0 a mirror.
 
 use super::lambert::Lambert;
+use super::published::{NGAN, base_and_scale};
 use super::ward::{GeometricMean, Slopes};
 use super::{Choices, Model, ParamSpec, Unit, Values, Visitor};
 use crate::math::Scalar;
@@ -32,19 +33,14 @@ impl Model for NganWard {
 
     const NAME: &'static str = "ngan-ward";
     const SUMMARY: &'static str = "Ward over Lambert, as fitted by Ngan et al. 2005";
-    const REFERENCE: &'static str = "Ngan, Durand and Matusik 2005, Experimental Analysis of BRDF Models, \
-        doi:10.2312/EGWR/EGSR05/117-126";
+    const REFERENCE: &'static str = NGAN;
 
     fn build(_: &Choices) -> Self {
         Self
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let own = vec![
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2).unit(Unit::UnscaledMerl),
-            ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2).unit(Unit::UnscaledMerl),
-        ];
-        [own, Slopes::Isotropic.roughness()].concat()
+        [base_and_scale(Unit::UnscaledMerl), Slopes::Isotropic.roughness()].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

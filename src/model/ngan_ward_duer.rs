@@ -19,6 +19,7 @@
 //! grazing, where f grows without bound as 1/(ci co); m -> 0 a mirror.
 
 use super::lambert::Lambert;
+use super::published::{NGAN, base_and_scale};
 use super::ward::Slopes;
 use super::ward_duer::Product;
 use super::{Choices, Model, ParamSpec, Unit, Values, Visitor};
@@ -33,19 +34,14 @@ impl Model for NganWardDuer {
 
     const NAME: &'static str = "ngan-ward-duer";
     const SUMMARY: &'static str = "Ward-Duer over Lambert, as fitted by Ngan et al. 2005";
-    const REFERENCE: &'static str = "Ngan, Durand and Matusik 2005, Experimental Analysis of BRDF Models, \
-        doi:10.2312/EGWR/EGSR05/117-126";
+    const REFERENCE: &'static str = NGAN;
 
     fn build(_: &Choices) -> Self {
         Self
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let own = vec![
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2).unit(Unit::UnscaledMerl),
-            ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2).unit(Unit::UnscaledMerl),
-        ];
-        [own, Slopes::Isotropic.roughness()].concat()
+        [base_and_scale(Unit::UnscaledMerl), Slopes::Isotropic.roughness()].concat()
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

@@ -27,6 +27,7 @@
 //! g=none. Grazing: where both directions graze f grows without bound with `g=neumann`, and is finite where one
 //! does; the others as in Cook-Torrance. m -> 0: all light goes back where it came from.
 
+use super::cook_torrance::DISTRIBUTION;
 use super::parts::distribution::Distribution;
 use super::parts::shadowing::Shadowing;
 use super::{Choices, Model, ModelOption, ParamSpec, Part, Values, Visitor};
@@ -84,7 +85,7 @@ impl Model for Retro {
         and analysis of retroreflective materials, doi:10.1364/JOSAA.31.002561; Portsmouth et al. 2026, \
         https://arxiv.org/abs/2606.08739";
     const OPTIONS: &'static [ModelOption] = &[
-        ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" },
+        DISTRIBUTION,
         ModelOption {
             key: "g",
             summary: "shadowing and masking",

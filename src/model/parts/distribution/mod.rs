@@ -21,7 +21,7 @@ use super::shadowing::Shadows;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Part, Values, Visitor};
-use roughness::{Anisotropic, Isotropic, Roughness};
+pub(crate) use roughness::{Anisotropic, Isotropic, Roughness};
 use std::marker::PhantomData;
 
 /// A distribution of facet normals.

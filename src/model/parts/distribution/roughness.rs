@@ -47,7 +47,7 @@ pub fn roughness(name: &'static str, summary: &'static str) -> ParamSpec {
 }
 
 /// The same in all directions.
-pub(super) struct Isotropic;
+pub(crate) struct Isotropic;
 
 /// m^2 and its inverse.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +94,7 @@ impl Roughness for Isotropic {
 }
 
 /// Different along x and y.
-pub(super) struct Anisotropic;
+pub(crate) struct Anisotropic;
 
 /// Products and quotients of mx and my.
 #[derive(Clone, Copy, Debug)]

@@ -11,8 +11,7 @@ pub(super) struct Implicit;
 
 impl Geometric for Implicit {
     #[inline(always)]
-    fn visibility<R: Real>(g: &Geometry<R>) -> R {
-        let _ = g;
+    fn visibility<R: Real>(_: &Geometry<R>) -> R {
         R::literal(0.25)
     }
 }
