@@ -6,7 +6,9 @@ use brdfit::fit::{LeastSquares, Metric, ParameterTable, ReflectanceProblem, Sele
 use brdfit::geometry::{Block, Directions, Geometry, Row, direction};
 use brdfit::math::Scalar;
 use brdfit::measurement::{Filters, Samples};
-use brdfit::model::{AnyModel, BasisBlock, Choices, Expression, ModelEntry, REGISTRY, Role, Scale};
+use brdfit::model::{
+    AnyModel, BasisBlock, Choices, Derivatives, Expression, ModelEntry, REGISTRY, Role, Scale,
+};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use nalgebra::DVector;
 use num_dual::{Dual64, DualNum};
@@ -185,7 +187,7 @@ fn by_blocks(model: &AnyModel, g: Geometry<f64>, shapes: &[f64], amplitudes: &[f
     let mut block = Block::new();
     block.fill(std::iter::once(g));
     let mut basis = BasisBlock::default();
-    model.evaluate(&block, shapes, true, &mut basis);
+    model.evaluate(&block, shapes, Derivatives::All, &mut basis);
     let coefficients = model.coefficients(amplitudes);
     let sum = |rows: &[Row], a: &[f64]| rows.iter().zip(a).map(|(row, a)| row[0] * a).sum::<f64>();
     let by_shape = (0..shapes.len()).map(|shape| sum(basis.partials(shape), &coefficients.values));

@@ -4,7 +4,7 @@ use super::timing::as_f64;
 use super::{Setup, inputs, markdown};
 use brdfit::geometry::{BLOCK, Block, Directions, Geometry};
 use brdfit::math::{Dual, Real, Scalar};
-use brdfit::model::{AnyModel, BasisBlock, ModelEntry, REGISTRY, Role};
+use brdfit::model::{AnyModel, BasisBlock, Derivatives, ModelEntry, REGISTRY, Role};
 use std::hint::black_box;
 
 /// Blocks that together fit into the second-level cache.
@@ -53,10 +53,10 @@ fn row(setup: &Setup, directions: &Directions, model: &AnyModel, text: String) -
 
     let blocks = blocks(directions);
     let mut basis = BasisBlock::default();
-    let mut in_blocks = |differentiate: bool| {
-        per_sample(setup.effort.nanoseconds(|| evaluate(model, &blocks, &shapes, differentiate, &mut basis)))
+    let mut in_blocks = |derivatives: Derivatives<'_>| {
+        per_sample(setup.effort.nanoseconds(|| evaluate(model, &blocks, &shapes, derivatives, &mut basis)))
     };
-    let (value, derivatives) = (in_blocks(false), in_blocks(true));
+    let (value, derivatives) = (in_blocks(Derivatives::None), in_blocks(Derivatives::All));
 
     let geometry: Vec<Geometry<f64>> = directions.iter().collect();
     let double = per_sample(setup.effort.nanoseconds(|| {
@@ -113,12 +113,12 @@ pub fn evaluate(
     model: &AnyModel,
     blocks: &[Block],
     shapes: &[f64],
-    differentiate: bool,
+    derivatives: Derivatives<'_>,
     basis: &mut BasisBlock,
 ) {
     for block in blocks {
         basis.forget();
-        model.evaluate(black_box(block), shapes, differentiate, basis);
+        model.evaluate(black_box(block), shapes, derivatives, basis);
         black_box(&mut *basis);
     }
 }

@@ -11,7 +11,7 @@ use super::{Setup, markdown};
 use brdfit::fit::{LeastSquares, Metric, ReflectanceProblem};
 use brdfit::geometry::{BLOCK, Block, Row};
 use brdfit::measurement::{Filters, Measurement, Samples};
-use brdfit::model::{BasisBlock, Expression};
+use brdfit::model::{BasisBlock, Derivatives, Expression};
 use nalgebra::DVector;
 use pulp::{Arch, Simd, WithSimd};
 use sha2::{Digest, Sha256};
@@ -139,7 +139,7 @@ fn one_thread(setup: &Setup) -> String {
         in_blocks(&samples, |block| {
             for ((lobe, (shapes, _)), basis) in expression.lobes().iter().zip(&values).zip(&mut bases) {
                 basis.forget();
-                lobe.model.evaluate(block, shapes, !shapes.is_empty(), basis);
+                lobe.model.evaluate(block, shapes, Derivatives::All, basis);
             }
             black_box(&mut bases);
         });

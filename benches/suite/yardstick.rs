@@ -11,7 +11,7 @@ use super::evaluation::{blocks, evaluate};
 use super::timing::{as_f64, median};
 use super::{Setup, inputs, markdown};
 use brdfit::geometry::{BLOCK, Block, Geometry, Row};
-use brdfit::model::{BasisBlock, Expression};
+use brdfit::model::{BasisBlock, Derivatives, Expression};
 use std::f64::consts::PI;
 use std::hint::black_box;
 use wide::f64x4;
@@ -29,7 +29,7 @@ pub fn table(setup: &Setup) -> String {
     let mut by_hand = Basis::default();
     for (block, coordinates) in blocks.iter().zip(&coordinates) {
         basis.forget();
-        model.evaluate(block, &[ROUGHNESS], true, &mut basis);
+        model.evaluate(block, &[ROUGHNESS], Derivatives::All, &mut basis);
         values_and_derivatives(coordinates, ROUGHNESS, &mut by_hand);
         agree(&by_hand.values, basis.values(), basis.values());
         // The derivative is a difference where it is near 0: its terms are of the size of the value.
@@ -43,14 +43,14 @@ pub fn table(setup: &Setup) -> String {
     let mut rows = Vec::new();
     let kernels: [(&str, Kernel); 2] =
         [("values", values), ("values and derivatives", values_and_derivatives)];
-    for (differentiate, (name, kernel)) in [false, true].into_iter().zip(kernels) {
+    for (derivatives, (name, kernel)) in [Derivatives::None, Derivatives::All].into_iter().zip(kernels) {
         // In turns, so that whatever else the machine does disturbs both.
         let (mut ours, mut plain, mut theirs) = (Vec::new(), Vec::new(), Vec::new());
         for _ in 0..setup.effort.runs {
             let shapes = [black_box(ROUGHNESS)];
-            let library = || evaluate(model, &blocks, &shapes, differentiate, &mut basis);
+            let library = || evaluate(model, &blocks, &shapes, derivatives, &mut basis);
             ours.push(per_sample(setup.effort.nanoseconds(library)));
-            let library = || evaluate(model, &blocks, &shapes, differentiate, &mut portable);
+            let library = || evaluate(model, &blocks, &shapes, derivatives, &mut portable);
             plain.push(per_sample(setup.effort.nanoseconds(library)));
             theirs.push(per_sample(setup.effort.nanoseconds(|| {
                 for coordinates in &coordinates {

@@ -2,7 +2,7 @@
 
 use brdfit::geometry::{BLOCK, Block, Directions};
 use brdfit::math::count;
-use brdfit::model::{BasisBlock, ModelEntry, Role};
+use brdfit::model::{BasisBlock, Derivatives, ModelEntry, Role};
 use brdfit::synthetic::scattered_directions;
 use serde::Serialize;
 use std::hint::black_box;
@@ -39,17 +39,17 @@ pub fn cost(entry: &ModelEntry) -> Cost {
         })
         .collect();
     let mut basis = BasisBlock::default();
-    let mut time = |differentiate: bool| {
+    let mut time = |derivatives: Derivatives<'_>| {
         let mut round = || {
             let start = Instant::now();
             for block in &blocks {
                 basis.forget();
-                model.evaluate(black_box(block), &shapes, differentiate, &mut basis);
+                model.evaluate(black_box(block), &shapes, derivatives, &mut basis);
                 black_box(&mut basis);
             }
             start.elapsed().as_secs_f64() * 1e9 / count(BLOCKS * BLOCK)
         };
         (0..ROUNDS).map(|_| round()).fold(f64::INFINITY, f64::min)
     };
-    Cost { value: time(false), with_derivatives: time(true) }
+    Cost { value: time(Derivatives::None), with_derivatives: time(Derivatives::All) }
 }

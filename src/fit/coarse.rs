@@ -12,6 +12,7 @@ use super::metric::Metric;
 use super::observed::Observed;
 use super::parameters::{ParameterTable, Status};
 use super::problem::ReflectanceProblem;
+use super::recombine::recombined;
 use super::termination::{Limits, Tolerances};
 use crate::error::Error;
 use crate::math::count;
@@ -234,7 +235,14 @@ pub(super) fn scan(
         }
     }
     let profiles = if axes.len() <= 2 { profiles(&axes, &points, &candidates) } else { Vec::new() };
-    let candidates = chosen.into_iter().filter_map(|index| candidates.get(index).cloned());
+    // Where channels have shapes of their own, each may start at another point.
+    let tables: Vec<&ParameterTable> = candidates.iter().map(|candidate| &candidate.table).collect();
+    let problem = |table: &ParameterTable| {
+        ReflectanceProblem::of(expression, Arc::clone(&samples.some), table.clone(), objective)
+    };
+    let apart =
+        recombined(&tables, problem).map(|table| solve(&samples.some, table, ITERATIONS)).transpose()?;
+    let candidates = chosen.into_iter().filter_map(|index| candidates.get(index).cloned()).chain(apart);
     let candidates: Result<Vec<Candidate>, Error> = match &samples.all {
         None => Ok(candidates.collect()),
         Some(all) => candidates

@@ -8,7 +8,7 @@ use super::triangle::dot;
 use crate::geometry::{Block, Row};
 use crate::math::{Real, Scalar, count};
 use crate::measurement::Samples;
-use crate::model::{BasisBlock, Expression};
+use crate::model::{BasisBlock, Derivatives, Expression};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -85,7 +85,7 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
         .collect();
     let ranges: Vec<_> = samples.directions.blocks().collect();
     let mut prepared = Vec::new();
-    expression.prepare(&all_values, |_| false, &mut prepared);
+    expression.prepare(&all_values, |_| Derivatives::None, &mut prepared);
     let arch = Arch::new();
     // Groups of blocks in a fixed division, summed in order.
     let partial: Vec<Vec<Sums>> = ranges
@@ -102,7 +102,7 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
                 for (((values, terms), measured), sums) in of_channels {
                     for ((lobe, (shapes, _)), basis) in expression.lobes().iter().zip(values).zip(&mut bases)
                     {
-                        lobe.model.evaluate(&block, shapes, false, basis);
+                        lobe.model.evaluate(&block, shapes, Derivatives::None, basis);
                     }
                     let measured = row(measured.get(range.clone()).unwrap_or_default(), 0.0);
                     let part = Comparison {

@@ -19,6 +19,7 @@ mod metric;
 mod observed;
 mod parameters;
 mod problem;
+mod recombine;
 mod run;
 mod search;
 mod solvers;

@@ -13,7 +13,7 @@ use super::parameters::ParameterTable;
 use super::triangle::Triangle;
 use crate::geometry::{BLOCK, Block};
 use crate::measurement::Samples;
-use crate::model::{BasisBlock, Coefficients, Expression, Role};
+use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, Role};
 use nalgebra::{DMatrix, DVector};
 use pulp::Arch;
 use rayon::prelude::*;
@@ -70,6 +70,8 @@ enum Pass<'r> {
 /// The result of a stretch of samples, per channel.
 struct Gathered {
     triangles: Vec<Triangle>,
+    costs: Vec<f64>,
+    /// Over all channels.
     cost: f64,
 }
 
@@ -173,7 +175,18 @@ impl<'a> ReflectanceProblem<'a> {
         (0..blocks).step_by(stretch).map(|start| start..blocks.min(start + stretch)).collect()
     }
 
+    /// The cost of each channel at `x`.
+    pub(super) fn channel_costs(&self, x: &DVector<f64>) -> Vec<f64> {
+        self.gather(x, Pass::Model).map(|total| total.costs).unwrap_or_default()
+    }
+
     fn pass(&self, x: &DVector<f64>, kind: Pass<'_>) -> Linearisation {
+        self.gather(x, kind)
+            .map_or_else(|| Linearisation { cost: 0.0, blocks: Vec::new() }, |total| self.assemble(&total))
+    }
+
+    /// What all samples give at `x`; none without samples.
+    fn gather(&self, x: &DVector<f64>, kind: Pass<'_>) -> Option<Gathered> {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
         let table = table.off_zero();
@@ -186,16 +199,15 @@ impl<'a> ReflectanceProblem<'a> {
             .collect();
 
         let mut gathered = gathered.into_iter();
-        let Some(mut total) = gathered.next() else {
-            return Linearisation { cost: 0.0, blocks: Vec::new() };
-        };
+        let mut total = gathered.next()?;
         for part in gathered {
             total.cost += part.cost;
+            total.costs.iter_mut().zip(&part.costs).for_each(|(total, cost)| *total += cost);
             for (triangle, other) in total.triangles.iter_mut().zip(&part.triangles) {
                 triangle.merge(other);
             }
         }
-        self.assemble(&total)
+        Some(total)
     }
 
     /// The channels' triangles as blocks of rows.
@@ -247,8 +259,8 @@ struct Context<'p, 'a> {
     kind: Pass<'p>,
     /// Per channel, per lobe: shapes and amplitudes in formula units.
     values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
-    /// Per lobe: whether any of its shapes is free.
-    differentiated: Vec<bool>,
+    /// Per lobe: which of its shapes are free in any channel.
+    free_shapes: Vec<Vec<bool>>,
     /// Per lobe, prepared for the shapes of all channels.
     bases: Vec<BasisBlock>,
     /// Per channel.
@@ -279,15 +291,20 @@ impl<'p, 'a> Context<'p, 'a> {
         kind: Pass<'p>,
     ) -> Self {
         let lobes = problem.expression.lobes();
-        let differentiated: Vec<bool> = (0..lobes.len())
-            .map(|lobe| {
-                let slots = problem.layouts.iter().flat_map(|layout| &layout.slots);
-                slots.into_iter().any(|slot| slot.lobe == lobe && slot.role == Role::Shape)
-            })
-            .collect();
+        let shapes_of = |lobe: usize| {
+            values.first().and_then(|lobes| lobes.get(lobe)).map_or(0, |(shapes, _)| shapes.len())
+        };
+        let mut free_shapes: Vec<Vec<bool>> =
+            (0..lobes.len()).map(|lobe| vec![false; shapes_of(lobe)]).collect();
+        for slot in problem.layouts.iter().flat_map(|layout| &layout.slots) {
+            if slot.role == Role::Shape {
+                let mark = free_shapes.get_mut(slot.lobe).and_then(|marks| marks.get_mut(slot.index));
+                mark.into_iter().for_each(|mark| *mark = true);
+            }
+        }
         let bases = {
             let mut bases = problem.bases.lock().unwrap_or_else(PoisonError::into_inner);
-            problem.expression.prepare(values, |lobe| differentiated.get(lobe) == Some(&true), &mut bases);
+            problem.expression.prepare(values, |lobe| derivatives(&free_shapes, lobe), &mut bases);
             bases.clone()
         };
         let sums = problem.layouts.iter().zip(values).map(|(layout, values)| {
@@ -296,7 +313,7 @@ impl<'p, 'a> Context<'p, 'a> {
                 amplitudes.map(|((_, a), lobe)| lobe.model.coefficients(a)).collect();
             Sums::new(layout, table, &coefficients)
         });
-        Self { problem, kind, values, differentiated, bases, sums: sums.collect(), arch: Arch::new() }
+        Self { problem, kind, values, free_shapes, bases, sums: sums.collect(), arch: Arch::new() }
     }
 
     fn workspace(&self) -> Workspace {
@@ -308,19 +325,23 @@ impl<'p, 'a> Context<'p, 'a> {
         let layouts = &self.problem.layouts;
         let mut result = Gathered {
             triangles: layouts.iter().map(|layout| Triangle::new(layout.columns.len() + 1)).collect(),
+            costs: vec![0.0; layouts.len()],
             cost: 0.0,
         };
         let Workspace { block, bases, scratch } = work;
         for index in blocks {
             let block = self.problem.observed.block(index, block);
             bases.iter_mut().for_each(BasisBlock::forget);
-            for (channel, (sums, triangle)) in self.sums.iter().zip(&mut result.triangles).enumerate() {
+            let of_channels = self.sums.iter().zip(&mut result.triangles).zip(&mut result.costs);
+            for (channel, ((sums, triangle), channel_cost)) in of_channels.enumerate() {
                 if !self.problem.observed.counts(channel) {
                     continue;
                 }
                 self.evaluate_all(channel, block, bases);
                 let Some(kernel) = self.kernel(channel, index, block, bases, sums, scratch) else { continue };
-                result.cost += self.arch.dispatch(kernel.compressed_into(triangle));
+                let cost = self.arch.dispatch(kernel.compressed_into(triangle));
+                *channel_cost += cost;
+                result.cost += cost;
             }
         }
         result
@@ -374,10 +395,18 @@ impl<'p, 'a> Context<'p, 'a> {
     /// The basis of every lobe for a channel; what has the same shapes as in the channel before stays.
     fn evaluate_all(&self, channel: usize, block: &Block, bases: &mut [BasisBlock]) {
         let Some(values) = self.values.get(channel) else { return };
-        let lobes = self.problem.expression.lobes().iter().zip(values).zip(&self.differentiated);
-        for (((lobe, (shapes, _)), differentiated), basis) in lobes.zip(bases) {
-            lobe.model.evaluate(block, shapes, *differentiated, basis);
+        let lobes = self.problem.expression.lobes().iter().zip(values).zip(bases);
+        for (index, ((lobe, (shapes, _)), basis)) in lobes.enumerate() {
+            lobe.model.evaluate(block, shapes, derivatives(&self.free_shapes, index), basis);
         }
+    }
+}
+
+/// The derivatives that a fit wants of a lobe.
+fn derivatives(free_shapes: &[Vec<bool>], lobe: usize) -> Derivatives<'_> {
+    match free_shapes.get(lobe) {
+        Some(marks) if marks.contains(&true) => Derivatives::Of(marks),
+        _ => Derivatives::None,
     }
 }
 

@@ -1,9 +1,10 @@
 //! Where the final fit starts: the best of several starts, each followed to its minimum on part of the samples.
 
-use super::coarse::{Candidate, Profile, Scan, ScanSamples, scan};
+use super::coarse::{Profile, Scan, ScanSamples, scan};
 use super::loss::{LossKind, Objective};
 use super::observed::Observed;
 use super::parameters::ParameterTable;
+use super::recombine::recombined;
 use super::run::{POLISH_SAMPLES, Task};
 use super::termination::{Solution, Termination};
 use super::warnings;
@@ -118,10 +119,19 @@ impl Task<'_> {
                 }
             })
             .collect();
-        let record = |(candidate, (solution, mut polished)): (&Candidate, (Solution, ParameterTable))| {
+        let mut ways: Vec<(ParameterTable, Solution, ParameterTable)> = candidates
+            .iter()
+            .zip(ends?)
+            .map(|(candidate, (solution, polished))| (candidate.table.clone(), solution, polished))
+            .collect();
+        let ends: Vec<&ParameterTable> = ways.iter().map(|(_, _, end)| end).collect();
+        if let Some(start) = recombined(&ends, |end| self.problem(samples, end.clone(), objective)) {
+            let (solution, polished) = follow(&start, POLISH_ITERATIONS)?;
+            ways.push((start, solution, polished));
+        }
+        let record = |(from, solution, mut polished): (ParameterTable, Solution, ParameterTable)| {
             polished.sort_lobes();
-            let from = &candidate.table;
-            let shapes = free_shapes(from).into_iter().map(|(index, value)| (from.name(index), value));
+            let shapes = free_shapes(&from).into_iter().map(|(index, value)| (from.name(index), value));
             let start = Start {
                 cost: solution.cost,
                 shapes: shapes.collect(),
@@ -130,7 +140,7 @@ impl Task<'_> {
             };
             (start, polished)
         };
-        Ok(candidates.iter().zip(ends?).map(record).collect())
+        Ok(ways.into_iter().map(record).collect())
     }
 
     /// The best of what the starts led to. Minima that are close on part of the samples compete on more.

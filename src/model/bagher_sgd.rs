@@ -27,8 +27,7 @@
 //!
 //! The authors fit G1 to the shadowing that follows from D, not to the measurement; so lambda, c, k and theta0 are fixed here unless
 //! freed, at values that are in the middle of their table. Data say little of them: shadowing matters at grazing alone.
-//! The search tries one alpha and one p for all channels at a time: a channel whose alpha is a seventh of the others' can end in a
-//! minimum of its own; `--init alpha.g=V` starts it elsewhere. `cook-torrance(d=sgd)` has the shadowing itself. F can leave 0..1, and f be negative: ks, f0 and f1 are three linear
+//! `cook-torrance(d=sgd)` has the shadowing itself. F can leave 0..1, and f be negative: ks, f0 and f1 are three linear
 //! weights of 1 - s, s and mu, with little to tell them apart below 60 degrees (the published f0 reach 8.5). Reciprocal; not
 //! energy conserving in general; f grows as 1/(ci co) at grazing unless G1 has come down to 0.
 

@@ -18,8 +18,7 @@
 //! dielectric whose index follows from f0, as they take it for metals, too. The pi stands where the
 //! half vector's Jacobian wants a 4, and is missing in D': s is a quarter of the ks of
 //! `cook-torrance(d=beckmann, g=v-cavity, f=dielectric)`, and a surface with s = 1 reflects up to four times what it receives.
-//! With s free the rise towards grazing alone tells f0, and the search tries one f0 for all channels at a time: where
-//! they differ widely (0.12 and 0.83), a channel can end in a minimum of its own; `--init f0.b=V` starts it elsewhere.
+//! With s free the rise towards grazing alone tells f0.
 //! Reciprocal; energy conserving for s <= 1/4 and kd = 0; finite at grazing; m -> 0 a mirror.
 
 use super::lambert::Lambert;

@@ -65,6 +65,30 @@ pub struct BasisBlock {
     partials: Vec<Vec<Row>>,
 }
 
+/// Which of a lobe's shapes its basis functions are differentiated by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Derivatives<'a> {
+    /// None.
+    None,
+    /// All.
+    All,
+    /// Those that are marked, one mark per shape; others that share a part with them may be, too.
+    Of(&'a [bool]),
+}
+
+impl Derivatives<'_> {
+    /// Whether any shape of a part is among them, whose shapes begin at `first`.
+    fn reach<P: Part>(self, first: usize) -> bool {
+        match self {
+            Self::None => false,
+            Self::All => P::SHAPES > 0,
+            Self::Of(marks) => {
+                marks.get(first..first + P::SHAPES).is_some_and(|marks| marks.iter().any(|mark| *mark))
+            }
+        }
+    }
+}
+
 /// One part on a block.
 #[derive(Clone, Debug, Default)]
 struct PartBlock {
@@ -161,7 +185,7 @@ impl BasisBlock {
     }
 
     /// The derivative of every basis function with respect to a shape, per formula unit (radians). Empty where
-    /// only values were asked for.
+    /// only values were asked for, 0 for shapes that were not.
     #[must_use]
     pub fn partials(&self, shape: usize) -> &[Row] {
         self.partials.get(shape).map_or(&[], Vec::as_slice)
@@ -176,10 +200,10 @@ impl BasisBlock {
     pub(super) fn prepare(
         &mut self,
         shapes: &[&[f64]],
-        differentiate: bool,
+        derivatives: Derivatives<'_>,
         visit: impl FnOnce(&mut PartPreparation<'_>),
     ) {
-        visit(&mut PartPreparation { shapes, differentiate, parts: &mut self.parts, next: 0 });
+        visit(&mut PartPreparation { shapes, derivatives, parts: &mut self.parts, next: 0 });
     }
 
     /// Evaluates the parts that `visit` shows where their shapes have changed, and joins them.
@@ -187,13 +211,13 @@ impl BasisBlock {
         &mut self,
         block: &Block,
         shapes: &[f64],
-        differentiate: bool,
+        derivatives: Derivatives<'_>,
         visit: impl FnOnce(&mut PartEvaluation<'_>),
     ) {
         let mut evaluation = PartEvaluation {
             block,
             shapes,
-            differentiate,
+            derivatives,
             parts: &mut self.parts,
             next: 0,
             term: 0,
@@ -206,7 +230,8 @@ impl BasisBlock {
         evaluation.parts.truncate(evaluation.next);
         if evaluation.changed {
             let arch = evaluation.arch;
-            self.partials.resize(if differentiate { shapes.len() } else { 0 }, Vec::new());
+            let rows = if derivatives == Derivatives::None { 0 } else { shapes.len() };
+            self.partials.resize(rows, Vec::new());
             let Self { parts, values, partials, .. } = self;
             arch.dispatch(Product { parts, values, partials });
         }
@@ -219,7 +244,7 @@ const ROUND: usize = 3;
 /// Prepares parts for the shapes of all channels.
 pub(super) struct PartPreparation<'a> {
     shapes: &'a [&'a [f64]],
-    differentiate: bool,
+    derivatives: Derivatives<'a>,
     parts: &'a mut Vec<PartBlock>,
     next: usize,
 }
@@ -249,7 +274,7 @@ impl Visitor for PartPreparation<'_> {
             if lasting.iter().any(|known| known.shapes == shapes) {
                 continue;
             }
-            if !self.differentiate {
+            if !self.derivatives.reach::<P>(first) {
                 lasting.push(Self::lasting::<P, 0>(part, shapes, 0));
                 continue;
             }
@@ -271,7 +296,7 @@ impl Visitor for PartPreparation<'_> {
 pub(super) struct PartEvaluation<'a> {
     block: &'a Block,
     shapes: &'a [f64],
-    differentiate: bool,
+    derivatives: Derivatives<'a>,
     parts: &'a mut Vec<PartBlock>,
     next: usize,
     term: usize,
@@ -288,7 +313,8 @@ impl Visitor for PartEvaluation<'_> {
         let Some(part) = self.parts.get_mut(self.next) else { return };
         self.next += 1;
         part.claim::<P>(first);
-        let as_before = part.shapes == shapes && part.differentiated == self.differentiate;
+        let differentiated = self.derivatives.reach::<P>(first);
+        let as_before = part.shapes == shapes && part.differentiated == differentiated;
         if part.evaluated && as_before && part.term == self.term {
             return;
         }
@@ -297,9 +323,9 @@ impl Visitor for PartEvaluation<'_> {
         part.evaluated = true;
         part.shapes.clear();
         part.shapes.extend(shapes);
-        part.differentiated = self.differentiate;
+        part.differentiated = differentiated;
         part.values.resize(P::FUNCTIONS, Row::filled(0.0));
-        let derivatives = if self.differentiate { P::SHAPES } else { 0 };
+        let derivatives = if differentiated { P::SHAPES } else { 0 };
         part.partials.resize(derivatives * P::FUNCTIONS, Row::filled(0.0));
         let PartBlock { values, partials, prepared, .. } = part;
         let (arch, block) = (self.arch, self.block);
@@ -596,8 +622,8 @@ mod tests {
         for (model, _) in REGISTRY.iter().flat_map(|entry| entry.variants()) {
             let shapes = shapes(&model);
             let (mut widest, mut portable) = (BasisBlock::default(), BasisBlock::portable());
-            model.evaluate(&block, &shapes, true, &mut widest);
-            model.evaluate(&block, &shapes, true, &mut portable);
+            model.evaluate(&block, &shapes, Derivatives::All, &mut widest);
+            model.evaluate(&block, &shapes, Derivatives::All, &mut portable);
             assert_eq!(bits(&widest, shapes.len()), bits(&portable, shapes.len()), "{}", model.name());
         }
     }
@@ -614,8 +640,8 @@ mod tests {
         for (model, _) in REGISTRY.iter().flat_map(|entry| entry.variants()) {
             let shapes = shapes(&model);
             let (mut shared, mut alone) = (BasisBlock::default(), BasisBlock::default());
-            model.evaluate(&on_rings, &shapes, true, &mut shared);
-            model.evaluate(&one_by_one, &shapes, true, &mut alone);
+            model.evaluate(&on_rings, &shapes, Derivatives::All, &mut shared);
+            model.evaluate(&one_by_one, &shapes, Derivatives::All, &mut alone);
             assert_eq!(bits(&shared, shapes.len()), bits(&alone, shapes.len()), "{}", model.name());
         }
     }
@@ -629,12 +655,12 @@ mod tests {
         let variants: Vec<AnyModel> =
             REGISTRY.iter().flat_map(|entry| entry.variants()).map(|(model, _)| model).collect();
         for model in variants.iter().chain(variants.iter().rev()) {
-            for differentiate in [true, false, true] {
+            for derivatives in [Derivatives::All, Derivatives::None, Derivatives::All] {
                 // The same numbers for all, so that the shapes do not tell the models apart.
                 let shapes = vec![0.5; shapes(model).len()];
                 let mut fresh = BasisBlock::default();
-                model.evaluate(&block, &shapes, differentiate, &mut fresh);
-                model.evaluate(&block, &shapes, differentiate, &mut reused);
+                model.evaluate(&block, &shapes, derivatives, &mut fresh);
+                model.evaluate(&block, &shapes, derivatives, &mut reused);
                 assert_eq!(bits(&reused, shapes.len()), bits(&fresh, shapes.len()), "{}", model.name());
             }
         }
@@ -650,19 +676,19 @@ mod tests {
         let fresh = |cells: &[u32], m: f64| {
             let (mut block, mut basis) = (Block::new(), BasisBlock::default());
             block.fill_cells(&grid, cells);
-            model.evaluate(&block, &[m], true, &mut basis);
+            model.evaluate(&block, &[m], Derivatives::All, &mut basis);
             bits(&basis, 1)
         };
         let (mut block, mut basis) = (Block::new(), BasisBlock::default());
         for (cells, m) in [(first, 0.2), (first, 0.3), (second, 0.3), (first, 0.2)] {
             block.fill_cells(&grid, cells);
             basis.forget();
-            model.evaluate(&block, &[m], true, &mut basis);
+            model.evaluate(&block, &[m], Derivatives::All, &mut basis);
             assert_eq!(bits(&basis, 1), fresh(cells, m));
             // Another channel with the same shapes, and one with others.
-            model.evaluate(&block, &[m], true, &mut basis);
+            model.evaluate(&block, &[m], Derivatives::All, &mut basis);
             assert_eq!(bits(&basis, 1), fresh(cells, m));
-            model.evaluate(&block, &[0.7], true, &mut basis);
+            model.evaluate(&block, &[0.7], Derivatives::All, &mut basis);
             assert_eq!(bits(&basis, 1), fresh(cells, 0.7));
         }
     }

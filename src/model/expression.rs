@@ -1,6 +1,6 @@
 //! Sums of models in writing: `lambert + cook-torrance(d=ggx)`.
 
-use super::{AnyModel, BasisBlock, Choices, REGISTRY};
+use super::{AnyModel, BasisBlock, Choices, Derivatives, REGISTRY};
 use crate::error::{Error, excerpt};
 use crate::geometry::{Block, Directions, Geometry, Row};
 use crate::math::Scalar;
@@ -75,17 +75,17 @@ impl Expression {
 
     /// Makes `bases` one per lobe, and prepares in each what takes long for the shapes of every channel. `values` are
     /// shapes and amplitudes per channel and lobe.
-    pub(crate) fn prepare(
+    pub(crate) fn prepare<'a>(
         &self,
         values: &[Vec<(Vec<f64>, Vec<f64>)>],
-        differentiated: impl Fn(usize) -> bool,
+        derivatives: impl Fn(usize) -> Derivatives<'a>,
         bases: &mut Vec<BasisBlock>,
     ) {
         bases.resize(self.lobes.len(), BasisBlock::default());
         for (index, (lobe, basis)) in self.lobes.iter().zip(bases).enumerate() {
             let of_channel = values.iter().filter_map(|lobes| lobes.get(index));
             let shapes: Vec<&[f64]> = of_channel.map(|(shapes, _)| shapes.as_slice()).collect();
-            lobe.model.prepare(&shapes, differentiated(index), basis);
+            lobe.model.prepare(&shapes, derivatives(index), basis);
         }
     }
 
@@ -101,7 +101,7 @@ impl Expression {
             })
             .collect();
         let mut bases = Vec::new();
-        self.prepare(parameters, |_| false, &mut bases);
+        self.prepare(parameters, |_| Derivatives::None, &mut bases);
         let mut block = Block::new();
         let mut values = vec![Vec::new(); parameters.len()];
         for range in directions.blocks() {
@@ -112,7 +112,7 @@ impl Expression {
                 for (((lobe, basis), (shapes, _)), coefficients) in
                     self.lobes.iter().zip(&mut bases).zip(lobes).zip(coefficients)
                 {
-                    lobe.model.evaluate(&block, shapes, false, basis);
+                    lobe.model.evaluate(&block, shapes, Derivatives::None, basis);
                     for (row, coefficient) in basis.values().iter().zip(coefficients) {
                         sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += coefficient * value);
                     }

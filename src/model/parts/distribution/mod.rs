@@ -28,6 +28,8 @@ use std::marker::PhantomData;
 pub trait FacetDistribution: 'static {
     /// How many parameters it has, all of them shapes.
     const SHAPES: usize;
+    /// Whether [`FacetDistribution::prepare`] takes longer than a block.
+    const DENSITY_TAKES_LONG: bool = false;
     /// Whether [`FacetDistribution::prepare_slopes`] takes longer than a block.
     const SLOPES_TAKE_LONG: bool = false;
     /// What D needs of the shapes.
@@ -58,6 +60,7 @@ pub struct Density<D>(PhantomData<D>);
 impl<D: FacetDistribution> Part for Density<D> {
     const SHAPES: usize = D::SHAPES;
     const SHARED_ON_RINGS: bool = true;
+    const PREPARES_LONG: bool = D::DENSITY_TAKES_LONG;
     type Prepared<T: Scalar> = D::Prepared<T>;
     type Output<T: Scalar> = [T; 1];
 

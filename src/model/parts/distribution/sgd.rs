@@ -46,6 +46,7 @@ pub(crate) fn normaliser<T: Scalar>(alpha: T, p: T) -> T {
 
 impl FacetDistribution for Sgd {
     const SHAPES: usize = 2;
+    const DENSITY_TAKES_LONG: bool = true;
     const SLOPES_TAKE_LONG: bool = true;
     /// alpha, 1/alpha, p, K/pi.
     type Prepared<T: Scalar> = [T; 4];

@@ -99,6 +99,7 @@ impl<T: Scalar> Exponents<T> {
 
 impl FacetDistribution for Tabulated {
     const SHAPES: usize = 1 + EXPONENTS;
+    const DENSITY_TAKES_LONG: bool = true;
     const SLOPES_TAKE_LONG: bool = true;
     /// 1/m^2, D at the normal, the table.
     type Prepared<T: Scalar> = (T, T, Exponents<T>);
