@@ -8,7 +8,7 @@
 //! Ea    = 2 int_0^1 E(c) c dc
 //! ```
 //!
-//! and what a layer below reflects is multiplied by (1 - E(ci))(1 - E(co))/(1 - Ea) (Kelemen and Szirmay-Kalos 2001, eq. 4, for the
+//! and what a layer below reflects is multiplied by (1 - E(ci))(1 - E(co))/(1 - Ea) (Kelemen and Szirmay-Kalos 2001, for the
 //! matte component; Kulla and Conty 2017, Revisiting Physically Based Shading at Imageworks). Over a Lambertian layer of albedo
 //! rho the directional albedo of the whole is E + rho (1 - E): a white layer loses nothing.
 //!

@@ -29,18 +29,21 @@
 //!
 //! Departures. The specification's main form multiplies f_d by 1 - E(co) alone and is not reciprocal; this is the
 //! reciprocal one that it offers besides, after Kelemen and Szirmay-Kalos 2001, with 1/(1 - Ea) for its factor of normalisation: the
-//! reflectance of a Lambertian body seen from any direction is the same in both, E + base_color (1 - E). E is integrated
-//! whenever the shapes change (0.6 ms, with derivatives 3 ms) and met to 2e-5 for m from 1e-3 on; that of an anisotropic surface is taken from the
-//! isotropic one with the same mx my, as renderers do. EON's albedo enters through b = albedo^2 Ea/(1 - albedo (1 - Ea)), which is
-//! not a sum of products of a colour's and a roughness's function; interpolation in 1 - Ea at five nodes makes it one, to 1e-8.
+//! reflectance of a Lambertian body seen from any direction is the same in both, E + base_color (1 - E). E is integrated whenever the
+//! shapes change (0.2 ms, with derivatives 0.5 ms) and met to 3e-5 up to 85 degrees, to 2e-4 up to 89; beyond, to 1e-3 for m = 1e-3. Below an
+//! anisotropic surface it is taken from the isotropic one with the same mx my, as renderers do. EON's albedo enters
+//! through b = albedo^2 Ea/(1 - albedo (1 - Ea)), which is not a sum of products of a function of the colour and one of the roughness;
+//! interpolation in 1 - Ea at five nodes makes it one, to 3e-8.
 //!
 //! What data tell apart: in one channel the diffuse strength (1 - M) base_color and one reflectance at normal incidence. Hence M or
 //! specular_ior, not both: `base=mixed` fits M, as `disney-2012` does, `base=dielectric` the index. Of several channels with
 //! different colours a fit can tell both (`--free specular_ior`). M strictly between 0 and 1 is a mixture of two materials: where
 //! one of the ends fits as well, it is the answer.
 //!
-//! Reciprocal. A smooth or Lambertian white body reflects all that it receives; with base_diffuse_roughness 1 as well, the product of EON and
-//! E misses it by a few percent at grazing. Metal loses what is scattered more than once. Finite at grazing.
+//! Reciprocal, finite at grazing. A white Lambertian body below an isotropic surface reflects all that it receives, to 2e-5. Together with
+//! base_diffuse_roughness it reflects up to 0.6 % more at normal incidence and 2 % less at 85 degrees; below an anisotropic surface
+//! it is off by up to 7 % at 70 degrees, and at 85 by 6 % for a = 0.5, 20 % for a = 0.9, too bright across the smoother direction.
+//! Metal loses what is scattered more than once.
 
 use super::directional_albedo::Through;
 use super::eon::{Bounces, BouncesOf, MISSING, mean_albedo};
