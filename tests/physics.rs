@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use approx::assert_relative_eq;
-use brdfit::geometry::{Geometry, Pair, direction};
+use brdfit::geometry::{BLOCK, Block, Geometry, Pair, direction};
 use brdfit::math::{GaussLegendre, Real as _, Scalar as _};
-use brdfit::model::{AnyModel, Choices, ModelEntry, REGISTRY, Role};
+use brdfit::model::{AnyModel, BasisBlock, Choices, ModelEntry, REGISTRY, Role};
 use brdfit::synthetic::scattered_directions;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 fn geometry(pair: &Pair) -> Geometry<f64> {
     Geometry::new(pair.wi.to_array(), pair.wo.to_array())
@@ -426,4 +426,127 @@ fn distribution_based_mirror() {
         let found = albedo(&model, &[0.01], &[1.0], degrees.to_radians());
         assert_relative_eq!(found, cos / (2.0 - cos), max_relative = 3e-3);
     }
+}
+
+/// The directional albedo of a model that prepares long, by blocks: panels as in `albedo`, but narrower, all round.
+fn albedo_by_blocks(model: &AnyModel, shapes: &[f64], amplitudes: &[f64], theta_i: f64, phi_i: f64) -> f64 {
+    let rule = GaussLegendre::new(24);
+    let towards = |middle: f64, end: f64| {
+        (0..7).map(move |k| middle + (end - middle) * 0.5_f64.powi(k)).chain([middle])
+    };
+    let sorted = |mut edges: Vec<f64>| {
+        edges.sort_by(f64::total_cmp);
+        edges.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
+        edges
+    };
+    let thetas = sorted(towards(theta_i, 0.0).chain(towards(theta_i, FRAC_PI_2)).collect());
+    let phis = sorted(towards(PI, 0.0).chain(towards(PI, 2.0 * PI)).collect());
+    let mut nodes = Vec::new();
+    for theta in thetas.windows(2) {
+        rule.for_each(theta[0], theta[1], |theta, along| {
+            for phi in phis.windows(2) {
+                rule.for_each(phi[0], phi[1], |phi, around| {
+                    let wo = direction(theta, phi_i + phi).to_array();
+                    nodes.push((wo, along * around * theta.sin() * theta.cos()));
+                });
+            }
+        });
+    }
+    let wi = direction(theta_i, phi_i).to_array();
+    let coefficients = model.coefficients(amplitudes);
+    let (mut block, mut basis) = (Block::new(), BasisBlock::default());
+    let mut sum = 0.0;
+    for nodes in nodes.chunks(BLOCK) {
+        block.fill(nodes.iter().map(|(wo, _)| Geometry::new(wi, *wo)));
+        basis.forget();
+        model.evaluate(&block, shapes, false, &mut basis);
+        for (i, (_, weight)) in nodes.iter().enumerate() {
+            let terms = basis.values().iter().zip(&coefficients.values);
+            sum += weight * terms.map(|(row, a)| row[i] * a).sum::<f64>();
+        }
+    }
+    sum
+}
+
+/// The highlights of OpenPBR are microfacet lobes with m = r^2, its metal that of F82-tint; between metal and dielectric f is
+/// a straight line.
+#[test]
+fn openpbr_is_made_of_known_lobes() {
+    let facets = |text: &str| of_choices("cook-torrance", text);
+    let dielectric_lobe = facets("d=ggx, g=smith, f=dielectric");
+    let stretched_metal = facets("d=ggx-anisotropic, g=smith, f=f82-tint");
+    let [mixed, dielectric, metal] = ["mixed", "dielectric", "metal"].map(|base| variant("openpbr", base));
+    let (r, eta, a) = (0.5, 1.7, 0.4);
+    let f0 = ((eta - 1.0_f64) / (eta + 1.0)).powi(2);
+    // r^2 sqrt(2/(1 + 0.6^2)) and 0.6 times that.
+    let mx = 0.25 * (2.0 / 1.36_f64).sqrt();
+    for pair in scattered_directions(200, 88.0, 41) {
+        let g = geometry(&pair);
+        let black: f64 = dielectric.value(&g, &[r, 0.0, eta, 0.3], &[0.0, 0.8]);
+        let lobe: f64 = dielectric_lobe.value(&g, &[r * r, f0], &[0.8]);
+        assert_relative_eq!(black, lobe, max_relative = 1e-12);
+        let gold: f64 = metal.value(&g, &[r, a], &[0.9, 0.8]);
+        let lobe: f64 = stretched_metal.value(&g, &[mx, 0.6 * mx], &[0.9, 0.8, 1.0]);
+        assert_relative_eq!(gold, lobe, max_relative = 1e-12);
+        let mixture: f64 = mixed.value(&g, &[r, a, eta, 0.3], &[0.9, 0.3, 0.8]);
+        let plastic: f64 = dielectric.value(&g, &[r, a, eta, 0.3], &[0.9, 0.8]);
+        assert_relative_eq!(mixture, 0.7 * plastic + 0.3 * gold, max_relative = 1e-12);
+    }
+}
+
+/// What lies below the surface of OpenPBR is EON's body times (1 - E(ci))(1 - E(co))/(1 - Ea), with E and Ea integrated here from the
+/// microfacet lobe of another model.
+#[test]
+fn openpbr_layers_by_albedo() {
+    let lobe = of_choices("cook-torrance", "d=ggx, g=smith, f=dielectric");
+    let (openpbr, eon) = (variant("openpbr", "dielectric"), variant("eon", ""));
+    let rule = GaussLegendre::new(16);
+    for (r, eta) in [(0.3, 1.5), (0.7, 1.3), (1.0, 2.0)] {
+        let f0 = ((eta - 1.0_f64) / (eta + 1.0)).powi(2);
+        let e = |theta: f64| albedo_by_blocks(&lobe, &[r * r, f0], &[1.0], theta, 0.0);
+        let mean = rule.integrate(0.0, FRAC_PI_2, |theta: f64| e(theta) * (2.0 * theta).sin());
+        for (light, view) in [(0.0, 30.0), (50.0, 70.0), (80.0, 80.0)] {
+            let through = [light, view].map(|degrees: f64| 1.0 - e(degrees.to_radians()));
+            let expected = through[0] * through[1] / (1.0 - mean);
+            for (color, rough) in [(0.3, 0.0), (0.3, 0.8), (1.0, 0.4)] {
+                let at = |color: f64| {
+                    value(&openpbr, &[r, 0.0, eta, rough], &[color, 1.0], (light, 0.0), (view, 70.0))
+                };
+                let body = value(&eon, &[rough, color], &[], (light, 0.0), (view, 70.0));
+                assert_relative_eq!((at(color) - at(0.0)) / body, expected, max_relative = 3e-4);
+            }
+        }
+    }
+}
+
+/// A white Lambertian body below a surface of any roughness reflects all light from every direction, a grey one E + c (1 - E); a
+/// white rough body gains and loses no more than the manual says, nor does any body below an anisotropic surface. A surface
+/// without an index leaves Lambert.
+#[test]
+fn openpbr_in_a_white_furnace() {
+    let model = variant("openpbr", "dielectric");
+    for r in [0.2, 0.3, 0.6, 1.0] {
+        for eta in [1.3, 1.5, 2.5] {
+            for degrees in [0.0_f64, 40.0, 70.0, 85.0] {
+                let label = format!("r {r} eta {eta} at {degrees}");
+                let at = |a: f64, rough: f64, color: f64, phi: f64| {
+                    albedo_by_blocks(&model, &[r, a, eta, rough], &[color, 1.0], degrees.to_radians(), phi)
+                };
+                let (white, grey, black) =
+                    (at(0.0, 0.0, 1.0, 0.0), at(0.0, 0.0, 0.5, 0.0), at(0.0, 0.0, 0.0, 0.0));
+                assert!((white - 1.0).abs() < 2e-5, "{label}: {white}");
+                assert!((grey - 0.5 * (1.0 + black)).abs() < 2e-5, "{label}: {grey} with {black}");
+                let rough = at(0.0, 1.0, 1.0, 0.0);
+                assert!((0.98..1.006).contains(&rough), "{label}: {rough}");
+                for (a, most) in [(0.5, 0.065), (0.9, 0.21)] {
+                    for phi in [0.0, FRAC_PI_2] {
+                        let error = (at(a, 0.0, 1.0, phi) - 1.0).abs();
+                        assert!(error < most && (degrees > 80.0 || error < 0.07), "{label}, a {a}: {error}");
+                    }
+                }
+            }
+        }
+    }
+    let bare = value(&model, &[0.3, 0.0, 1.0, 0.0], &[0.4, 1.0], (50.0, 0.0), (30.0, 20.0));
+    assert_relative_eq!(bare, 0.4 * FRAC_1_PI, max_relative = 1e-12);
 }

@@ -56,6 +56,11 @@ fn draw(name: &str, spec: &ParamSpec, rng: &mut Pcg64Mcg) -> f64 {
         "f1" => linear(-0.8, -0.05),
         "roughness" => linear(0.2, 0.9),
         "base" | "metallic" => linear(0.1, 0.9),
+        "specular_roughness" => linear(0.2, 0.9),
+        "specular_ior" => linear(1.2, 2.0),
+        "specular_color" => linear(0.5, 0.95),
+        "base_color" | "base_metalness" => linear(0.1, 0.9),
+        "base_diffuse_roughness" => linear(0.05, 0.95),
         "f90" => linear(0.5, 0.98),
         "p_f" => linear(3.0, 7.0),
         "tint" => linear(0.5, 0.95),
@@ -280,6 +285,9 @@ recovery! {
     eon: "eon";
     disney_diffuse: "disney-diffuse";
     disney_2012: "disney-2012";
+    openpbr: "openpbr";
+    openpbr_dielectric: "openpbr(base=dielectric)";
+    openpbr_metal: "openpbr(base=metal)";
     phong: "lambert + phong";
     half_vector_phong: "lambert + blinn-phong";
     lafortune: "lambert + lafortune";

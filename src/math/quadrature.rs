@@ -46,6 +46,12 @@ impl GaussLegendre {
             .fold(T::constant(0.0), |sum, term| sum + term)
             * half_width
     }
+
+    /// Shows every node and its weight in the integral from `lower` to `upper`.
+    pub fn for_each(&self, lower: f64, upper: f64, mut f: impl FnMut(f64, f64)) {
+        let (half_width, middle) = (0.5 * (upper - lower), 0.5 * (upper + lower));
+        self.nodes.iter().for_each(|&(x, w)| f(middle + half_width * x, w * half_width));
+    }
 }
 
 #[cfg(test)]

@@ -35,11 +35,11 @@ use super::disney_diffuse::{DisneyDiffuse, towards_grazing};
 use super::parts::distribution::Distribution;
 use super::parts::fresnel::Fresnel;
 use super::parts::shadowing::Shadowing;
+use super::reshaped::{Reshape, reshaped};
 use super::{Choices, Model, ParamSpec, Part, Scale, Sharing, Sharper, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::FRAC_1_PI;
-use std::marker::PhantomData;
 
 /// Disney's principled model.
 #[derive(Clone, Copy, Debug)]
@@ -48,15 +48,6 @@ pub struct Disney2012;
 /// The place of each shape.
 const ROUGHNESS: usize = 0;
 const CLEARCOAT_GLOSS: usize = 2;
-
-/// Computes the shapes of a part from those of the model.
-trait Reshape: 'static {
-    /// How many shapes it takes.
-    const SHAPES: usize;
-
-    /// The part's shapes; a part that needs one takes the first.
-    fn reshape<T: Scalar>(shapes: Values<'_, T>) -> [T; 2];
-}
 
 /// mx and my of the highlight.
 struct Highlight;
@@ -105,48 +96,6 @@ impl Reshape for CoatShadowing {
     fn reshape<T: Scalar>(_: Values<'_, T>) -> [T; 2] {
         [T::constant(0.25), T::constant(0.0)]
     }
-}
-
-/// A part that knows the model's shapes in another form.
-struct Of<P, M>(PhantomData<(P, M)>);
-
-impl<P: Part, M: Reshape> Part for Of<P, M> {
-    const SHAPES: usize = M::SHAPES;
-    const FUNCTIONS: usize = P::FUNCTIONS;
-    const SHARED_ON_RINGS: bool = P::SHARED_ON_RINGS;
-    const PREPARES_LONG: bool = P::PREPARES_LONG;
-    type Prepared<T: Scalar> = P::Prepared<T>;
-    type Output<T: Scalar> = P::Output<T>;
-
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> P::Prepared<T> {
-        P::prepare(Values::new(&M::reshape(shapes)))
-    }
-
-    #[inline(always)]
-    fn at<T: Scalar>(prepared: &P::Prepared<T>, g: &Geometry<T::Real>) -> P::Output<T> {
-        P::at(prepared, g)
-    }
-}
-
-/// Shows parts as such, with shapes from number `first` on.
-struct Reshaped<'a, V, M> {
-    visitor: &'a mut V,
-    first: usize,
-    shapes: PhantomData<M>,
-}
-
-impl<V: Visitor, M: Reshape> Visitor for Reshaped<'_, V, M> {
-    fn part<P: Part>(&mut self, _: usize) {
-        self.visitor.part::<Of<P, M>>(self.first);
-    }
-
-    fn next_term(&mut self) {
-        self.visitor.next_term();
-    }
-}
-
-fn reshaped<M: Reshape, V: Visitor>(visitor: &mut V, first: usize) -> Reshaped<'_, V, M> {
-    Reshaped { visitor, first, shapes: PhantomData }
 }
 
 /// S/pi.

@@ -34,19 +34,19 @@ use std::f64::consts::FRAC_1_PI;
 pub struct Eon;
 
 /// k1 - k2, the mean of k1 - G/pi
-const MISSING: f64 = FUJII - (2.0 / 3.0 - 28.0 / 15.0 * FRAC_1_PI);
+pub(super) const MISSING: f64 = FUJII - (2.0 / 3.0 - 28.0 / 15.0 * FRAC_1_PI);
 
 /// Mean albedo of the single bounce, Ea.
-fn mean_albedo<T: Scalar>(r: T) -> T {
+pub(super) fn mean_albedo<T: Scalar>(r: T) -> T {
     let a = r.times(FUJII).plus(1.0).recip();
     (-(a * r).times(MISSING)).plus(1.0)
 }
 
 /// The single bounce and the pattern of the later ones, for an albedo of 1.
-struct Bounces;
+pub(super) struct Bounces;
 
 #[derive(Clone, Copy, Debug)]
-struct BouncesOf<T> {
+pub struct BouncesOf<T> {
     single: SingleBounce<T>,
     /// A r/(pi (k1 - k2))
     later: T,

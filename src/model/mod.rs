@@ -21,6 +21,7 @@ mod blinn_phong;
 mod cook_torrance;
 mod cook_torrance_1982;
 mod dipole;
+mod directional_albedo;
 mod disney_2012;
 mod disney_diffuse;
 mod distribution_based;
@@ -41,11 +42,13 @@ mod ngan_cook_torrance;
 mod ngan_lafortune;
 mod ngan_ward;
 mod ngan_ward_duer;
+mod openpbr;
 mod oren_nayar;
 mod parameter;
 pub mod parts;
 mod phong;
 mod published;
+mod reshaped;
 mod retro;
 mod ward;
 mod ward_duer;
@@ -360,6 +363,7 @@ models! {
     eon::Eon,
     disney_diffuse::DisneyDiffuse,
     disney_2012::Disney2012,
+    openpbr::Openpbr,
     kubelka_munk::KubelkaMunk,
     dipole::Dipole,
     hanrahan_krueger::HanrahanKrueger,
