@@ -4,7 +4,7 @@
 use approx::assert_relative_eq;
 use brdfit::geometry::{BLOCK, Block, Geometry, Pair, direction};
 use brdfit::math::{GaussLegendre, Real as _, Scalar as _};
-use brdfit::model::{AnyModel, BasisBlock, Choices, ModelEntry, REGISTRY, Role};
+use brdfit::model::{AnyModel, BasisBlock, Choices, Derivatives, ModelEntry, REGISTRY, Role};
 use brdfit::synthetic::scattered_directions;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
@@ -459,7 +459,7 @@ fn albedo_by_blocks(model: &AnyModel, shapes: &[f64], amplitudes: &[f64], theta_
     for nodes in nodes.chunks(BLOCK) {
         block.fill(nodes.iter().map(|(wo, _)| Geometry::new(wi, *wo)));
         basis.forget();
-        model.evaluate(&block, shapes, false, &mut basis);
+        model.evaluate(&block, shapes, Derivatives::None, &mut basis);
         for (i, (_, weight)) in nodes.iter().enumerate() {
             let terms = basis.values().iter().zip(&coefficients.values);
             sum += weight * terms.map(|(row, a)| row[i] * a).sum::<f64>();

@@ -8,7 +8,7 @@ use brdfit::model::{AnyModel, BasisBlock, Derivatives, ModelEntry, REGISTRY, Rol
 use std::hint::black_box;
 
 /// Blocks that together fit into the second-level cache.
-const BLOCKS: usize = 32;
+pub const BLOCKS: usize = 32;
 
 /// Every model: the default, and each choice that differs from it in one option.
 pub fn table(setup: &Setup) -> String {
@@ -35,7 +35,7 @@ pub fn table(setup: &Setup) -> String {
 }
 
 /// A model, and how an expression names it.
-fn variants(entry: &ModelEntry) -> Vec<(AnyModel, String)> {
+pub fn variants(entry: &ModelEntry) -> Vec<(AnyModel, String)> {
     let mut variants = vec![(entry.build(&[]).unwrap().0, entry.name.to_owned())];
     for option in entry.options {
         for value in (option.values)().into_iter().filter(|value| *value != option.default) {

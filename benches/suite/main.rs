@@ -36,6 +36,7 @@ mod scaling;
 mod stages;
 mod timing;
 mod yardstick;
+mod zoo;
 
 use clap::Parser;
 use inputs::Inputs;
@@ -46,7 +47,7 @@ use timing::Effort;
 type Section = fn(&Setup) -> String;
 
 /// The sections in the order in which they are run and stand in the document.
-const SECTIONS: [(&str, Section); 12] = [
+const SECTIONS: [(&str, Section); 13] = [
     ("machine", machine::describe),
     ("whole fits", fits::whole_fits),
     ("baseline", fits::baseline),
@@ -55,6 +56,7 @@ const SECTIONS: [(&str, Section); 12] = [
     ("passes", passes::table),
     ("evaluation", evaluation::table),
     ("yardstick", yardstick::table),
+    ("zoo", zoo::table),
     ("scaling", scaling::table),
     ("threads", scaling::threads),
     ("spectral", fits::spectral),
