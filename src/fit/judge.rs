@@ -127,6 +127,7 @@ impl Task<'_> {
         if let Some(reason) = &fit.unusable {
             warnings.push(Warning { kind: "not-usable", parameter: None, text: reason.clone() });
         }
+        warnings.extend(warnings::saturated(fit.table.channels(), self.samples));
         if self.samples.directions.is_grid() {
             let tied = fit.table.rows().iter().enumerate();
             let tied = tied

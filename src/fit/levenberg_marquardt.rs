@@ -81,6 +81,8 @@ const EVALUATIONS: &str = "linearise_count";
 const RIM: f64 = 0.1;
 /// Trials of lambda for a step on the rim; five are rarely needed.
 const RIM_TRIALS: u32 = 30;
+/// Residuals so many times as long as the start's effect make the first step as long as themselves.
+const FAR: f64 = 1e6;
 /// A gain of less than this share of the promise shrinks the radius, of more than that lets it grow.
 const POOR_GAIN: f64 = 0.25;
 const GOOD_GAIN: f64 = 0.75;
@@ -154,7 +156,10 @@ impl LevenbergMarquardt {
         let length = x.component_mul(&scale).norm();
         // No parameter is known to be right to better than its own size at first. At the origin the residuals
         // give the size, which are in the same unit.
-        let radius = self.radius.unwrap_or(if length > 0.0 { length } else { model.cost.sqrt() });
+        // Where the data are out of all proportion to the start, growing from its size would take too long.
+        let residual = model.cost.sqrt();
+        let near = length > 0.0 && residual < FAR * length;
+        let radius = self.radius.unwrap_or(if near { length } else { residual });
         let room = self.room(x);
         let undamped = bounded_step(model, &scale, 0.0, &room);
         let promise = model.decrease(&undamped);

@@ -9,6 +9,9 @@ use crate::measurement::Samples;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+/// The share of the measured values that is taken seriously where some may be outliers: these are fewer.
+pub(super) const BULK_OF_DATA: f64 = 0.95;
+
 /// Samples prepared for a metric. Fits of the same samples share them.
 pub(super) struct Observed<'a> {
     samples: &'a Samples,

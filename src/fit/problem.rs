@@ -7,11 +7,12 @@
 
 use super::kernels::{ChannelBlock, Scratch, Term, reflectance};
 use super::least_squares::{LeastSquares, Linearisation, Rows};
-use super::loss::{Objective, robust_deviation};
-use super::observed::Observed;
+use super::loss::{LossKind, Objective, robust_deviation};
+use super::observed::{BULK_OF_DATA, Observed};
 use super::parameters::ParameterTable;
 use super::triangle::Triangle;
 use crate::geometry::{BLOCK, Block};
+use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, Role};
 use nalgebra::{DMatrix, DVector};
@@ -75,6 +76,8 @@ struct Gathered {
     cost: f64,
 }
 
+/// Values are not taken to be more than so many times what the bulk of them stays below.
+const ABSURD: f64 = 1e6;
 /// The most stretches that a pass is divided into, and the fewest blocks in each. Fixed, so that sums do not
 /// depend on the threads.
 const STRETCHES: usize = 64;
@@ -121,6 +124,12 @@ impl<'a> ReflectanceProblem<'a> {
     #[must_use]
     pub fn magnitude(&self) -> f64 {
         self.observed.magnitude2().sqrt()
+    }
+
+    /// The same without values out of all proportion: one of them does not make everything else negligible.
+    pub(super) fn plausible_magnitude(&self) -> f64 {
+        let bulk = self.observed.quantile(BULK_OF_DATA);
+        self.magnitude().min(ABSURD * count(self.residuals()).sqrt() * bulk)
     }
 
     /// Number of residuals.
@@ -450,7 +459,12 @@ impl LeastSquares for ReflectanceProblem<'_> {
     }
 
     fn cost_floor(&self) -> f64 {
-        // Residuals below 1e-15 of the data are rounding.
-        1e-30 * self.observed.magnitude2()
+        // Residuals below 1e-15 of the data are rounding; under a loss those of the bulk of the data.
+        let data2 = if self.objective.loss == LossKind::None {
+            self.observed.magnitude2()
+        } else {
+            self.plausible_magnitude().powi(2)
+        };
+        1e-30 * data2
     }
 }

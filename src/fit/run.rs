@@ -315,7 +315,7 @@ impl<'a> Task<'a> {
         let problem = ReflectanceProblem::new(self.expression, &samples, table.clone(), Metric::L2);
         let x = DVector::from_vec(table.coordinates());
         let lengths = problem.linearise(&x).column_lengths(x.len());
-        let data = problem.magnitude();
+        let data = problem.plausible_magnitude();
         let free = table.free().to_vec();
         let mut any = false;
         for (column, index) in free.into_iter().enumerate() {

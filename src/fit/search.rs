@@ -2,7 +2,7 @@
 
 use super::coarse::{Profile, Scan, ScanSamples, scan};
 use super::loss::{LossKind, Objective};
-use super::observed::Observed;
+use super::observed::{BULK_OF_DATA, Observed};
 use super::parameters::ParameterTable;
 use super::recombine::recombined;
 use super::run::{POLISH_SAMPLES, Task};
@@ -51,8 +51,6 @@ const RACE_SAMPLES: usize = 10 * POLISH_SAMPLES;
 const RACE_ITERATIONS: u64 = 15;
 /// Estimates of a loss's scale from part of the samples.
 const SCALE_ROUNDS: usize = 4;
-/// The share of the measured values that the search takes seriously under a loss: outliers are fewer.
-const BULK_OF_DATA: f64 = 0.95;
 /// The smallest scale of a loss, relative to the data.
 const SMALLEST_SCALE: f64 = 1e-6;
 

@@ -28,6 +28,10 @@ const FRESNEL_REACH_DEG: f64 = 70.0;
 const STRONG_WITH_BASE: f64 = 0.95;
 /// Beyond this ratio of singular values some combination of parameters is known far worse than others.
 const ILL_CONDITIONED: f64 = 1e3;
+/// So many samples, and such a share of all, that share the largest value of a channel were cut off there; where they
+/// stand out from the mean by less, the material is as good as evenly bright.
+const CUT_OFF: (usize, f64) = (10, 1e-3);
+const STANDS_OUT: f64 = 1.01;
 /// A share of the cost that no data are good enough to trust.
 const COST_RESOLUTION: f64 = 1e-3;
 /// Twice the logarithm of the likelihood falls by this at the end of a 95 % interval.
@@ -321,6 +325,29 @@ fn ill_conditioned(fit: &Fit) -> Option<Warning> {
             "condition number {:.0e}: together {} are known far worse than the rest; --fix or --tie one of them",
             covariance.condition,
             names.join(", ")
+        ),
+    })
+}
+
+/// Channels whose largest value is that of many samples: a detector that saturates.
+pub(super) fn saturated(channels: &[String], samples: &Samples) -> Option<Warning> {
+    let (least, share) = CUT_OFF;
+    let mut found: Vec<String> = Vec::new();
+    for (channel, row) in channels.iter().zip(&samples.values) {
+        let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mean = row.iter().sum::<f64>() / count(row.len().max(1));
+        let cut_off = row.iter().filter(|value| **value >= largest).count();
+        if cut_off >= least && count(cut_off) >= share * count(row.len()) && largest > STANDS_OUT * mean {
+            found.push(format!("{cut_off} values of {channel} are {largest:.6}"));
+        }
+    }
+    (!found.is_empty()).then(|| Warning {
+        kind: "saturated",
+        parameter: None,
+        text: format!(
+            "{}, the largest there is, as if the detector had been saturated: a peak that is cut off seems wider; leave these \
+             samples out, or measure them with less light",
+            found.join(", ")
         ),
     })
 }
