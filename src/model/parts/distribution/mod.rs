@@ -105,7 +105,7 @@ macro_rules! distributions {
             }
 
             /// Shows the density as a part whose shapes are a lobe's first.
-            pub(crate) fn show(self, visitor: &mut impl Visitor) {
+            pub fn show(self, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => visitor.part::<Density<$type>>(0)),* }
             }
 

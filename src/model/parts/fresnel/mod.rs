@@ -80,7 +80,7 @@ macro_rules! fresnels {
             }
 
             /// Shows the reflectance as a part whose shapes begin with a lobe's shape number `first`.
-            pub(crate) fn show(self, first: usize, visitor: &mut impl Visitor) {
+            pub fn show(self, first: usize, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => visitor.part::<Reflectance<$module::$part>>(first)),* }
             }
 
