@@ -67,7 +67,8 @@ impl Table {
 
     fn all() -> Vec<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
-        let mut paths: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
+        let mut paths: Vec<PathBuf> =
+            fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
         paths.sort();
         paths.iter().map(|path| Self::read(path)).collect()
     }
@@ -176,15 +177,97 @@ fn shadowing(part: &str) -> (Shadowing, Distribution) {
     (Shadowing::named(name), Distribution::named(part[name.len()..].trim_start_matches('-')))
 }
 
-/// What a table has its own bound for, in place of those of the type, and why.
+/// Tables with bounds of their own, and why. The first that fits counts.
 struct Exception {
-    /// Whether it is for this table.
-    of: fn(&str) -> bool,
-    /// The bounds of values and derivatives, in double precision; single precision adds its own.
+    /// What the tables' names begin with.
+    names: &'static [&'static str],
+    /// Whether it is for double precision too.
+    double: bool,
+    /// What is added to the bounds of values and derivatives.
     bounds: [f64; 2],
+    reason: &'static str,
 }
 
-const EXCEPTIONS: &[Exception] = &[];
+const EXCEPTIONS: &[Exception] = &[
+    Exception {
+        names: &["distribution-gaussian"],
+        double: false,
+        bounds: [1e-6, 1e-6],
+        reason: "The angle of the half vector comes through a root, a quotient and an arc tangent, each rounded, before it is \
+                 squared in the exponent.",
+    },
+    Exception {
+        names: &["fresnel-f82-tint"],
+        double: false,
+        bounds: [6e-5, 0.0],
+        reason: "With tint 0, F of a metal touches 0 at 82 degrees. Being linear in its amplitudes it gets there by a \
+                 difference of terms of the size of f0: what is exact to 5e-6 is the error relative to them.",
+    },
+    Exception {
+        names: &["shadowing-smith-student-t", "shadowing-smith-uncorrelated-student-t"],
+        double: false,
+        bounds: [7e-3, 3e-2],
+        reason: "With gamma = 1.6 the mean slope is the sum of a tail so long that single precision has no numbers for \
+                 what is left of it beyond 1e12 roughnesses. Fits are in double precision.",
+    },
+    Exception {
+        names: &["shadowing-smith-tabulated", "shadowing-smith-uncorrelated-tabulated"],
+        double: true,
+        bounds: [2e-4, 2e-2],
+        reason: "The table of shadowing has 96 cells. Where the exponents of d=tabulated jump, its cubics err by up to \
+                 2e-4, and derivatives with respect to an exponent by more.",
+    },
+    Exception {
+        names: &[
+            "shadowing-smith-blinn-phong",
+            "shadowing-smith-gaussian",
+            "shadowing-smith-gtr",
+            "shadowing-smith-student-t",
+            "shadowing-smith-exponential-power",
+            "shadowing-smith-sgd",
+            "shadowing-smith-abc",
+        ],
+        double: true,
+        bounds: [3e-5, 1.5e-4],
+        reason: "Shadowing by quadrature is tabulated on 96 cells and interpolated by cubics, to 3e-5 within the bounds of \
+                 all shapes (1e-8 for Blinn-Phong, the Gaussian and ABC). Derivatives are those of the interpolation: \
+                 exact for a solver, which sees one smooth function, and less close to those of the integral.",
+    },
+    Exception {
+        names: &[
+            "shadowing-smith-uncorrelated-blinn-phong",
+            "shadowing-smith-uncorrelated-gaussian",
+            "shadowing-smith-uncorrelated-gtr",
+            "shadowing-smith-uncorrelated-student-t",
+            "shadowing-smith-uncorrelated-exponential-power",
+            "shadowing-smith-uncorrelated-sgd",
+            "shadowing-smith-uncorrelated-abc",
+        ],
+        double: true,
+        bounds: [6e-5, 3e-4],
+        reason: "The same for a product of two directions' shadowing, which has both errors.",
+    },
+];
+
+impl Exception {
+    fn of<K: Kind>(name: &str) -> Option<&'static Self> {
+        let fits = |exception: &&Self| exception.double || K::SINGLE;
+        let mut fitting = EXCEPTIONS.iter().filter(fits);
+        fitting.find(|exception| exception.names.iter().any(|start| name.starts_with(start)))
+    }
+
+    /// The list as Markdown.
+    fn list() -> String {
+        let mut list = String::new();
+        for exception in EXCEPTIONS {
+            let names = exception.names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            let types = if exception.double { "both types" } else { "f32" };
+            let [value, derivative] = exception.bounds;
+            writeln!(list, "- {names}: {types}, {value:e} in values and {derivative:e} in derivatives on top of the bound. {}", exception.reason).unwrap();
+        }
+        list
+    }
+}
 
 /// The largest errors of one table in one type.
 #[derive(Default)]
@@ -209,7 +292,7 @@ fn digits_lost<K: Kind>(error: f64) -> f64 {
 fn worst<K: Kind>(table: &Table) -> Worst {
     let mut worst = Worst::default();
     let is_normal = |x: f64| (K::NORMAL.0..=K::NORMAL.1).contains(&x.abs());
-    let exception = EXCEPTIONS.iter().find(|exception| (exception.of)(&table.name));
+    let exception = Exception::of::<K>(&table.name);
     for row in table.rows.iter().filter(|row| row.single == K::SINGLE) {
         let seeded: Vec<K::Dual> =
             row.parameters.iter().enumerate().map(|(index, p)| K::variable(*p, index)).collect();
@@ -265,8 +348,9 @@ const END: &str = "<!-- end of what is written -->";
 
 #[test]
 fn every_reference_value_is_met() {
-    let mut page = String::from(
-        "\n| | rows | f64 naive | f64 | derivatives | f32 naive | f32 | derivatives |\n|---|---|---|---|---|---|---|---|\n",
+    let mut page = format!("\n{}\n", Exception::list());
+    page.push_str(
+        "| | rows | f64 naive | f64 | derivatives | f32 naive | f32 | derivatives |\n|---|---|---|---|---|---|---|---|\n",
     );
     let mut missed = Vec::new();
     for table in Table::all() {
@@ -285,16 +369,17 @@ fn every_reference_value_is_met() {
         }
         page.push('\n');
     }
+    page.push('\n');
     assert!(missed.is_empty(), "{}", missed.join("\n"));
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/numerics.md");
     let text = fs::read_to_string(&path).unwrap();
     let (start, end) = (text.find(BEGIN).unwrap() + BEGIN.len(), text.find(END).unwrap());
     if std::env::var_os("BRDFIT_UPDATE").is_some() {
-        fs::write(&path, format!("{}{page}\n{}", &text[..start], &text[end..])).unwrap();
+        fs::write(&path, format!("{}{page}{}", &text[..start], &text[end..])).unwrap();
         return;
     }
     assert!(
-        text[start..end] == format!("{page}\n"),
+        text[start..end] == page,
         "docs/numerics.md is not what is found: BRDFIT_UPDATE=1 cargo test --release --test reference"
     );
 }

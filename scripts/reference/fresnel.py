@@ -49,10 +49,15 @@ def dielectric_naive(real, mu, f0):
 
 
 def dielectric_slopes(mu, parameters):
-    """At f0 = 1, where the index is infinite, F = 1 - (2/mu + 2 mu)/eta + ... with 1/eta = (1 - f0)/4 + ..."""
-    (f0,) = parameters
+    """At the ends of f0, where F grows with its root, and where the index is infinite.
+
+    With r = sqrt f0, eta = 1 + 2 r + ... and F = f0 (1 + (2 mu^2 - 1)^2)/(2 mu^4) + ...; with 1/eta = (1 - f0)/4 + ...,
+    F = 1 - 2 (mu + 1/mu)/eta + ...
+    """
+    ((mu,), (f0,)) = (mu, parameters)
+    if f0 == 0:
+        return [(1 + (2 * mu**2 - 1) ** 2) / (2 * mu**4)]
     if f0 == 1:
-        (mu,) = mu
         return [(mu + 1 / mu) / 2]
     return None
 

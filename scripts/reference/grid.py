@@ -10,7 +10,7 @@ from mpmath import cos, mpf, pi, sin, sqrt
 
 Vector = tuple[mpf, mpf, mpf]
 PAIR = ("wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z")
-# The least distance from the horizon, and from the normal or the mirrored direction.
+# The direction closest to the horizon.
 GRAZING = mpf("89.9999")
 
 

@@ -16,8 +16,8 @@ import numpy as np
 from mpmath import fabs, inf, isnan, log10, mpf, nstr
 
 # Derivatives are differences: central over p (1 +- STEP), whose square is what they miss, relative to the function's
-# third derivative; at p = 0, where formulas may end, from 0 to the other step, whose root is what they miss.
-STEP, STEP_AT_0 = mpf(10) ** -26, mpf(10) ** -60
+# third derivative; at p = 0, where formulas may end, from 0 to the other step, which is what they miss.
+STEP, STEP_AT_0 = mpf(10) ** -26, mpf(10) ** -30
 
 TYPES = {"f64": np.float64, "f32": np.float32}
 # Digits that identify a number of the type.
