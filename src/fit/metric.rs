@@ -1,7 +1,7 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
 use crate::geometry::Row;
-use crate::math::{Scalar, elementary};
+use crate::math::{Real, Scalar, elementary};
 
 /// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,6 +1,6 @@
 //! Gauss-Legendre quadrature.
 
-use super::{Real, Scalar, count};
+use super::{Scalar, count};
 
 /// Nodes and weights of the Gauss-Legendre rule on [-1, 1]: exact for polynomials of degree 2n - 1.
 #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@
 //! its name because distributions have a p.
 
 use super::{Constants, FresnelReflectance};
-use crate::math::{Real, Scalar};
+use crate::math::Scalar;
 use crate::model::parts::distribution::relative_exp_m1;
 use crate::model::{ParamSpec, Scale, Values};
 
