@@ -313,8 +313,9 @@ fn worst<K: Kind>(table: &Table) -> Worst {
             worst.digits[which] = worst.digits[which].max(digits_lost::<K>(error));
             let excess = error / allowed(which);
             // NaN is worse than everything.
-            if !(excess <= worst.excess[which].0) {
-                worst.excess[which] = (if excess.is_nan() { f64::INFINITY } else { excess }, text);
+            let excess = if excess.is_nan() { f64::INFINITY } else { excess };
+            if excess > worst.excess[which].0 {
+                worst.excess[which] = (excess, text);
             }
         };
         worst.rows += 1;
@@ -326,7 +327,8 @@ fn worst<K: Kind>(table: &Table) -> Worst {
             }
         } else {
             // Zero, or what little is left of the digits below the normal numbers.
-            if !((value - row.value).abs() <= 2.0 * K::NORMAL.0) {
+            let away = (value - row.value).abs();
+            if away.is_nan() || away > 2.0 * K::NORMAL.0 {
                 worst.beyond.push(format!("{}: {value:e}, not {:e}", place(), row.value));
             }
         }
