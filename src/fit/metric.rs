@@ -1,7 +1,7 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
 
 use crate::geometry::Row;
-use crate::math::{Real, elementary};
+use crate::math::{Real, Scalar, elementary};
 
 /// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -49,7 +49,7 @@ impl Metric {
             Self::L2 => {}
             Self::Log => {
                 for x in row {
-                    *x = Real::ln_1p(*x);
+                    *x = Scalar::ln_1p(*x);
                 }
             }
             Self::Cbrt => {
@@ -117,7 +117,7 @@ impl Transform {
             }
             Metric::Log => {
                 for ((x, measured), (difference, slope)) in samples {
-                    *difference = Real::ln_1p(*x) - measured;
+                    *difference = Scalar::ln_1p(*x) - measured;
                     *slope = 1.0 / (1.0 + x);
                 }
             }

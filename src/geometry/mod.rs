@@ -92,14 +92,19 @@ impl<R: Real> Geometry<R> {
         self.sin2_h() / (cos * cos)
     }
 
-    /// ln(n.h), exact where the half vector is close to the normal.
+    /// ln(n.h), exact where the half vector is close to the normal and where it is close to the horizon.
     #[inline(always)]
     #[must_use]
     pub fn ln_cos_h(&self) -> R {
-        let sin2: R = -self.sin2_h();
-        // Rounding can make sin^2 1 or an ulp more when h lies in the horizon. Kept below, the logarithm is finite:
-        // a power that underflows would otherwise have the derivative 0 times infinity.
-        sin2.greater(R::literal(-1.0 + 0.5 * f64::EPSILON)).ln_1p().times(0.5)
+        // With h in the horizon the logarithm stays finite: a power that underflows would otherwise have the derivative
+        // 0 times infinity.
+        let cos2 = (self.cos_h() * self.cos_h()).greater(R::TINY);
+        // What rounding has left out of cos^2 near the normal, where 1 - cos^2 is exact. Towards the horizon sin^2 has
+        // fewer digits to offer than cos^2.
+        let sin2 = self.sin2_h();
+        let rest: R = (-cos2).plus(1.0) - sin2;
+        let rest = R::if_less(sin2, R::literal(0.5), rest, R::literal(0.0));
+        cos2.ln_of_sum(rest).times(0.5)
     }
 }
 

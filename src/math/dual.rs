@@ -142,6 +142,10 @@ macro_rules! with_real {
                 self.chain(Scalar::ln(self.value), self.value.recip())
             }
             #[inline(always)]
+            fn ln_1p(self) -> Self {
+                self.chain(Scalar::ln_1p(self.value), (1.0 + self.value).recip())
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 let root = self.value.sqrt();
                 self.chain(root, 0.5 / root)

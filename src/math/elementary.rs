@@ -127,6 +127,12 @@ pub(crate) fn ln_1p(x: f64) -> f64 {
     ln_at_limits(sum, ln_of_normal(sum, 0.0, lost))
 }
 
+/// ln(x + rest) for a positive normal x and a rest of a few units in its last place.
+#[inline(always)]
+pub(crate) fn ln_of_sum(x: f64, rest: f64) -> f64 {
+    ln_of_normal(x, 0.0, rest / x)
+}
+
 /// `logarithm`, or what the logarithm of `x` is where `x` is no positive finite number.
 #[inline(always)]
 fn ln_at_limits(x: f64, logarithm: f64) -> f64 {

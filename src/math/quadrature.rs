@@ -1,6 +1,6 @@
 //! Gauss-Legendre quadrature.
 
-use super::{Real, Scalar, count};
+use super::{Scalar, count};
 
 /// Nodes and weights of the Gauss-Legendre rule on [-1, 1]: exact for polynomials of degree 2n - 1.
 #[derive(Clone, Debug)]
@@ -38,13 +38,13 @@ impl GaussLegendre {
 
     /// The integral of `f` from `lower` to `upper`. The limits may carry derivatives.
     pub fn integrate<T: Scalar>(&self, lower: T, upper: T, f: impl Fn(T) -> T) -> T {
-        let half_width = (upper - lower).times(0.5);
-        let middle = (upper + lower).times(0.5);
+        let width = upper - lower;
+        // From the lower limit, which often is 0 and where the nodes are dense: from the middle they would lose digits there.
         self.nodes
             .iter()
-            .map(|&(x, w)| f(middle + half_width * T::Real::literal(x)).times(w))
+            .map(|&(x, w)| f(lower + width.times(0.5 * (1.0 + x))).times(w))
             .fold(T::constant(0.0), |sum, term| sum + term)
-            * half_width
+            * width.times(0.5)
     }
 
     /// Shows every node and its weight in the integral from `lower` to `upper`.

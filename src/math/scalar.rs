@@ -47,6 +47,16 @@ pub trait Scalar:
     #[must_use]
     fn ln(self) -> Self;
 
+    /// ln(1 + self), accurate near zero.
+    #[must_use]
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        // A difference of 0 carries the derivative.
+        let at: Self::Real = self.value();
+        let slope: Self::Real = at.plus(1.0).recip();
+        (self - at) * slope + at.ln_1p()
+    }
+
     /// Square root.
     #[must_use]
     fn sqrt(self) -> Self;
@@ -108,12 +118,17 @@ pub trait Scalar:
 
 /// A plain number: `f64` or `f32`.
 pub trait Real: Scalar<Real = Self> {
+    /// Stands for 0 where a logarithm, a root's slope or a quotient would be infinite: so small that even its fifth root
+    /// vanishes beside 1 in double precision, in single precision as small as the type has it.
+    const TINY: Self;
+
     /// The nearest representable number.
     fn literal(value: f64) -> Self;
 
-    /// ln(1 + self), accurate near zero.
+    /// ln(self + rest) for a positive normal number and a rest that is next to nothing beside it: what its own rounding
+    /// has left out.
     #[must_use]
-    fn ln_1p(self) -> Self;
+    fn ln_of_sum(self, rest: Self) -> Self;
 
     /// Angle of the point (x, self), radians in (-pi, pi].
     #[must_use]
@@ -151,7 +166,7 @@ pub trait Real: Scalar<Real = Self> {
 // `inline(always)` here and in `dual.rs`. The smaller type has the functions of the larger one, which cost it no more
 // than a conversion.
 macro_rules! plain_number {
-    ($float:ident) => {
+    ($float:ident, $tiny:literal) => {
         impl Scalar for $float {
             type Real = $float;
 
@@ -172,6 +187,10 @@ macro_rules! plain_number {
                 Self::literal(elementary::ln(f64::from(self)))
             }
             #[inline(always)]
+            fn ln_1p(self) -> Self {
+                Self::literal(elementary::ln_1p(f64::from(self)))
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 $float::sqrt(self)
             }
@@ -190,6 +209,8 @@ macro_rules! plain_number {
         }
 
         impl Real for $float {
+            const TINY: Self = $tiny;
+
             #[allow(
                 clippy::cast_possible_truncation,
                 reason = "rounding to the type is what the function is for"
@@ -208,8 +229,8 @@ macro_rules! plain_number {
                 self as usize
             }
             #[inline(always)]
-            fn ln_1p(self) -> Self {
-                Self::literal(elementary::ln_1p(f64::from(self)))
+            fn ln_of_sum(self, rest: Self) -> Self {
+                Self::literal(elementary::ln_of_sum(f64::from(self), f64::from(rest)))
             }
             #[inline(always)]
             fn atan2(self, x: Self) -> Self {
@@ -219,8 +240,8 @@ macro_rules! plain_number {
     };
 }
 
-plain_number!(f64);
-plain_number!(f32);
+plain_number!(f64, 1e-300);
+plain_number!(f32, 1e-37);
 
 #[cfg(test)]
 mod tests {
@@ -239,7 +260,7 @@ mod tests {
             close(Scalar::exp(-x), libm::exp(-wide));
             close(Scalar::ln(x), libm::log(wide));
             close(Scalar::erfc(x * 0.5), libm::erfc(wide * 0.5));
-            close(Real::ln_1p(x), libm::log1p(wide));
+            close(Scalar::ln_1p(x), libm::log1p(wide));
             close(Real::atan2(x, -0.7), libm::atan2(wide, f64::from(-0.7_f32)));
         }
         assert_eq!(Scalar::exp(89.0_f32), f32::INFINITY);

@@ -33,7 +33,7 @@
 
 use super::lambert::Lambert;
 use super::parts::distribution::Distribution;
-use super::parts::fresnel::{FresnelReflectance, Schlick};
+use super::parts::fresnel::{Constants, FresnelReflectance, Schlick};
 use super::{Choices, Model, ParamSpec, Part, Scale, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -94,15 +94,15 @@ impl Part for Fresnel {
     const SHAPES: usize = 0;
     const FUNCTIONS: usize = 3;
     const SHARED_ON_RINGS: bool = true;
-    type Prepared<T: Scalar> = [T; 2];
+    type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 3];
 
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
         Schlick::prepare(shapes)
     }
 
     #[inline(always)]
-    fn at<T: Scalar>(constants: &[T; 2], g: &Geometry<T::Real>) -> [T; 3] {
+    fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 3] {
         let [fallen, risen, _] = Schlick::factors::<T>(constants, g.cos_d);
         [fallen, risen, T::from_real(g.cos_d)]
     }

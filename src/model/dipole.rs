@@ -25,7 +25,7 @@
 //! back inside, so that even at Rd = 1 light is lost (at eta = 1.5 the diffuse light that comes out is 0.908 Ft(ci) Rd).
 //! At grazing Ft and f go to 0.
 
-use super::parts::fresnel::{index_constants, index_reflectance};
+use super::parts::fresnel::{Constants, index_constants, index_reflectance};
 use super::{Choices, Model, ParamSpec, Part, Scale, Sharing, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
@@ -73,16 +73,16 @@ struct Transmittance;
 
 impl Part for Transmittance {
     const SHAPES: usize = 1;
-    type Prepared<T: Scalar> = [T; 2];
+    type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 1];
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
         let [eta] = shapes.take();
         index_constants(eta)
     }
 
     #[inline(always)]
-    fn at<T: Scalar>(constants: &[T; 2], g: &Geometry<T::Real>) -> [T; 1] {
+    fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
         let through = |cos: T::Real| -> T { (-index_reflectance(constants, cos)).plus(1.0) };
         [through(g.cos_i()) * through(g.cos_o())]
     }

@@ -30,7 +30,7 @@
 //! Reciprocal and energy conserving. Finite at grazing for eta > 1, since ci' + co' is at least 2 sqrt(1 - 1/eta^2);
 //! at eta = 1 it grows as 1/(ci + co). 1 - exp loses three of sixteen digits at tau = 1e-3.
 
-use super::parts::fresnel::{index_constants, index_reflectance};
+use super::parts::fresnel::{Constants, index_constants, index_reflectance};
 use super::{Choices, Model, ParamSpec, Part, Scale, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
@@ -52,7 +52,7 @@ pub struct Layer<T> {
     /// 1/eta^2 and 1 - 1/eta^2.
     bend: T,
     rest: T,
-    surface: [T; 2],
+    surface: Constants<T>,
 }
 
 impl Part for HanrahanKrueger {

@@ -25,7 +25,7 @@
 
 use super::lambert::Lambert;
 use super::parts::distribution::abc;
-use super::parts::fresnel::{DielectricIndex, FresnelReflectance};
+use super::parts::fresnel::{Constants, DielectricIndex, FresnelReflectance};
 use super::published::{LOW, base_and_abc};
 use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
@@ -60,15 +60,15 @@ struct Halfway;
 
 impl Part for Halfway {
     const SHAPES: usize = DielectricIndex::SHAPES;
-    type Prepared<T: Scalar> = [T; 2];
+    type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 1];
 
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
         DielectricIndex::prepare(shapes)
     }
 
     #[inline(always)]
-    fn at<T: Scalar>(constants: &[T; 2], g: &Geometry<T::Real>) -> [T; 1] {
+    fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
         let ([xi, yi, _], [xo, yo, _]) = (g.wi, g.wo);
         let (x, y): (T::Real, T::Real) = (xi - xo, yi - yo);
         // Two directions opposite each other in the horizon can leave a rounding error below 0.

@@ -14,7 +14,7 @@
 //! their convention). Where b (1 - cos) is large throughout, b and c^-1/b trade off against each other and against the
 //! lobe's scale. Smith's integral is tabulated ([`SlopeTable`]).
 
-use super::{FacetDistribution, SlopeTable};
+use super::{FacetDistribution, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -38,10 +38,16 @@ pub(crate) fn normaliser<T: Scalar>(b: T, c: T) -> T {
     (integral * length / b).times(2.0 * PI)
 }
 
+/// ln of (1 + b (1 - cos))^-c
+#[inline(always)]
+fn ln_unnormalised<T: Scalar>(b: T, c: T, one_less_cos: T) -> T {
+    -(c * (b * one_less_cos).ln_1p())
+}
+
 /// (1 + b (1 - cos))^-c
 #[inline(always)]
 pub(crate) fn unnormalised<T: Scalar>(b: T, c: T, one_less_cos: T) -> T {
-    (-(c * (b * one_less_cos).plus(1.0).ln())).exp()
+    ln_unnormalised(b, c, one_less_cos).exp()
 }
 
 /// 1 - cos of the half vector's polar angle, exact near the normal.
@@ -73,7 +79,7 @@ impl FacetDistribution for Abc {
 
     #[inline(always)]
     fn density<T: Scalar>(&[b, c, peak]: &[T; 3], g: &Geometry<T::Real>) -> T {
-        unnormalised(b, c, T::from_real(one_less_cos(g))) * peak
+        exp_times(ln_unnormalised(b, c, T::from_real(one_less_cos(g))), peak)
     }
 
     fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {

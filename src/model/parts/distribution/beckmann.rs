@@ -10,7 +10,7 @@
 //! (doi:10.1145/357290.357293), with the pi that several texts leave out; Smith 1967 (doi:10.1109/TAP.1967.1138991). m
 //! is the root-mean-square slope. D underflows to 0 where tan > 27 m: the surface has no such facets.
 
-use super::{FacetDistribution, Roughness};
+use super::{FacetDistribution, Roughness, exp_times};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Values};
@@ -37,7 +37,7 @@ impl<R: Roughness> FacetDistribution for Beckmann<R> {
     fn density<T: Scalar>((m, peak): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
-        (-R::squared_slope(m, g)).exp() * *peak / cos4
+        exp_times(-R::squared_slope(m, g), *peak / cos4)
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {

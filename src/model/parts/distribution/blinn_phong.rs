@@ -11,7 +11,7 @@
 //! ([`SlopeTable`]). With two roughnesses the table is that of sqrt(mx my), stretched: exact for distributions that are
 //! stretched copies of one another, which this one is close to where mx and my are small. m = 1: n = 0, constant 1/pi.
 
-use super::{FacetDistribution, Roughness, SlopeTable};
+use super::{FacetDistribution, Roughness, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Values};
@@ -42,7 +42,7 @@ impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
         let tan2 = g.tan2_h();
         let exact: T::Real = g.ln_cos_h() / tan2;
         let ratio = T::Real::if_less(tan2, T::Real::literal(1e-12), T::Real::literal(-0.5), exact).times(2.0);
-        ((R::squared_slope(m, g) - tan2) * ratio).exp() * *peak
+        exp_times((R::squared_slope(m, g) - tan2) * ratio, *peak)
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
@@ -50,7 +50,7 @@ impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
         let m2 = R::product(&m);
         // D cos^4 = 1/(pi m^2) (1 + t^2)^-(n + 4)/2, in units t = m u.
         let power = -(m2.recip().plus(1.0));
-        let table = SlopeTable::new(|u2: T| ((m2 * u2).plus(1.0).ln() * power).exp().times(FRAC_1_PI));
+        let table = SlopeTable::new(|u2: T| ((m2 * u2).ln_1p() * power).exp().times(FRAC_1_PI));
         (m, table)
     }
 

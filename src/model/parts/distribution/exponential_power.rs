@@ -14,9 +14,9 @@
 //! a cusp at the normal, for p < 1/2 as sharp as its data are dense. Smith's integral is tabulated ([`SlopeTable`]).
 
 use super::roughness::roughness;
-use super::{FacetDistribution, SlopeTable};
+use super::{FacetDistribution, SlopeTable, exp_times};
 use crate::geometry::Geometry;
-use crate::math::{Scalar, ln_gamma};
+use crate::math::{Real, Scalar, ln_gamma};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
 use std::f64::consts::PI;
 
@@ -27,15 +27,15 @@ fn unit_peak<T: Scalar>(p: T) -> T {
     p * (-ln_gamma(p.recip())).exp().times(1.0 / PI)
 }
 
-/// exp(-(u^2)^p)
+/// -(u^2)^p
 #[inline(always)]
-fn fall<T: Scalar>(p: T, u2: T) -> T {
-    // At the normal u^2 = 0, whose logarithm is not finite; (1e-37)^p is next to nothing for every p.
-    let floor = T::constant(1e-37);
+fn ln_fall<T: Scalar>(p: T, u2: T) -> T {
+    // At the normal u^2 = 0, whose logarithm is not finite; the floor's power is next to nothing for every p.
+    let floor = T::from_real(T::Real::TINY);
     let u2 = T::if_less(floor.value(), u2.value(), u2, floor);
-    // Far out the power overflows, and 0 times infinity would be its derivative; e^-700 is 0 to anyone who sums it.
-    let (power, end) = ((p * u2.ln()).exp(), T::constant(700.0));
-    (-T::if_less(power.value(), end.value(), power, end)).exp()
+    // Far out the power overflows, and 0 times infinity would be its derivative; e^-2000 is 0, and its root too.
+    let (power, end) = ((p * u2.ln()).exp(), T::constant(2000.0));
+    -T::if_less(power.value(), end.value(), power, end)
 }
 
 impl FacetDistribution for ExponentialPower {
@@ -60,13 +60,13 @@ impl FacetDistribution for ExponentialPower {
     fn density<T: Scalar>(&[inverse_m2, p, peak]: &[T; 3], g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
-        fall(p, inverse_m2 * g.tan2_h()) * peak / cos4
+        exp_times(ln_fall(p, inverse_m2 * g.tan2_h()), peak / cos4)
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
         let [m, p] = shapes.take();
         let peak = unit_peak(p);
-        (SlopeTable::new(|u2: T| fall(p, u2) * peak), m * m)
+        (SlopeTable::new(|u2: T| ln_fall(p, u2).exp() * peak), m * m)
     }
 
     #[inline(always)]

@@ -10,7 +10,7 @@
 //! Its Smith integral has no closed form and is tabulated ([`SlopeTable`]); for small m, where angle and slope are
 //! alike, it tends to Beckmann's.
 
-use super::{FacetDistribution, Isotropic, Roughness, SlopeTable};
+use super::{FacetDistribution, Isotropic, Roughness, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
 use crate::model::{ParamSpec, Values};
@@ -62,7 +62,7 @@ impl FacetDistribution for Gaussian {
     fn density<T: Scalar>(&[inverse_m2, peak]: &[T; 2], g: &Geometry<T::Real>) -> T {
         let alpha = g.sin2_h().sqrt().atan2(g.cos_h());
         let alpha2: T::Real = alpha * alpha;
-        (-(inverse_m2 * alpha2)).exp() * peak
+        exp_times(-(inverse_m2 * alpha2), peak)
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
@@ -70,7 +70,9 @@ impl FacetDistribution for Gaussian {
         let (inverse_m2, peak): (T, T) = ((m * m).recip(), normalisation(m).recip());
         let scale2: T = m * m;
         let table = SlopeTable::new(|u2: T| {
-            let t2: T = scale2 * u2;
+            // Single precision has no numbers for the innermost slopes, and at 0 the root has no slope.
+            let (t2, floor): (T, T) = (scale2 * u2, T::from_real(T::Real::TINY));
+            let t2 = T::if_less(floor.value(), t2.value(), t2, floor);
             let cos2 = t2.plus(1.0).recip();
             let alpha = arc_tangent(t2.sqrt());
             (-(inverse_m2 * alpha * alpha)).exp() * peak * cos2 * cos2 * scale2

@@ -15,7 +15,7 @@
 //! no closed form and is tabulated ([`SlopeTable`]), where Disney uses that of GGX at another roughness.
 
 use super::roughness::roughness;
-use super::{FacetDistribution, SlopeTable, relative_exp_m1};
+use super::{FacetDistribution, SlopeTable, exp_times, relative_exp_m1};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -52,7 +52,7 @@ impl FacetDistribution for Gtr {
     fn density<T: Scalar>(&[inverse_m2, gamma, peak]: &[T; 3], g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let base = inverse_m2 * g.sin2_h() + cos2;
-        (-(gamma * base.ln())).exp() * peak
+        exp_times(-(gamma * base.ln()), peak)
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
@@ -60,8 +60,8 @@ impl FacetDistribution for Gtr {
         let (m2, peak): (T, T) = (m * m, peak(m, gamma));
         // cos^2 + sin^2/m^2 = (1 + u^2)/(1 + m^2 u^2) with the slope m u
         let table = SlopeTable::new(|u2: T| {
-            let (near, far): (T, T) = (u2.plus(1.0), (m2 * u2).plus(1.0));
-            (gamma.plus(-2.0) * far.ln() - gamma * near.ln()).exp() * peak * m2
+            let (near, far): (T, T) = (u2.ln_1p(), (m2 * u2).ln_1p());
+            (gamma.plus(-2.0) * far - gamma * near).exp() * peak * m2
         });
         (table, m2)
     }

@@ -16,7 +16,7 @@
 pub fn phong_exponent(beta: f64) -> f64 {
     let sin2 = beta.sin().powi(2);
     // ln cos without the digits that 1 - sin^2 would lose
-    -std::f64::consts::LN_2 / (0.5 * crate::math::Real::ln_1p(-sin2))
+    -std::f64::consts::LN_2 / (0.5 * crate::math::Scalar::ln_1p(-sin2))
 }
 
 /// The roughness m of `blinn-phong` that is one half of its peak at `beta` radians.

@@ -74,8 +74,16 @@ impl<D: FacetDistribution> Part for Density<D> {
     }
 }
 
+/// e^exponent factor, where the power alone may lie below the normal numbers and the product does not.
+#[inline(always)]
+fn exp_times<T: Scalar>(exponent: T, factor: T) -> T {
+    let half = exponent.times(0.5).exp();
+    half * factor * half
+}
+
 /// (e^x - 1)/x, smooth at 0.
-fn relative_exp_m1<T: Scalar>(x: T) -> T {
+#[inline(always)]
+pub(in crate::model::parts) fn relative_exp_m1<T: Scalar>(x: T) -> T {
     /// Terms of the series, the last of them below 1e-17 where it is used.
     const TERMS: u8 = 16;
     let small = T::constant(0.5);
@@ -108,7 +116,7 @@ macro_rules! distributions {
             }
 
             /// Shows the density as a part whose shapes are a lobe's first.
-            pub(crate) fn show(self, visitor: &mut impl Visitor) {
+            pub fn show(self, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => visitor.part::<Density<$type>>(0)),* }
             }
 

@@ -14,7 +14,7 @@
 //! incomplete gamma function is found by quadrature, since its argument 1 - p can be negative. Smith's integral is
 //! tabulated ([`SlopeTable`]) in place of the paper's fitted one, which `bagher-sgd` has.
 
-use super::{FacetDistribution, SlopeTable};
+use super::{FacetDistribution, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -77,13 +77,14 @@ impl FacetDistribution for Sgd {
     fn density<T: Scalar>(prepared: &[T; 4], g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
-        slope_density(prepared, T::from_real(g.tan2_h())) / cos4
+        let [.., k_over_pi] = *prepared;
+        exp_times(ln_fall(prepared, T::from_real(g.tan2_h())), k_over_pi / cos4)
     }
 
     fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {
         let prepared = Self::prepare(shapes);
-        let [alpha, ..] = prepared;
-        let table = SlopeTable::new(|u2: T| slope_density(&prepared, alpha * u2) * alpha);
+        let [alpha, _, _, k_over_pi] = prepared;
+        let table = SlopeTable::new(|u2: T| ln_fall(&prepared, alpha * u2).exp() * k_over_pi * alpha);
         (table, alpha)
     }
 
@@ -93,9 +94,9 @@ impl FacetDistribution for Sgd {
     }
 }
 
-/// D cos^4 at a squared slope.
+/// ln of e^-x x^-p at a squared slope.
 #[inline(always)]
-fn slope_density<T: Scalar>(&[alpha, inverse_alpha, p, k_over_pi]: &[T; 4], t2: T) -> T {
+fn ln_fall<T: Scalar>(&[alpha, inverse_alpha, p, _]: &[T; 4], t2: T) -> T {
     let x = alpha + inverse_alpha * t2;
-    (-(x + p * x.ln())).exp() * k_over_pi
+    -(x + p * x.ln())
 }

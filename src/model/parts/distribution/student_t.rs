@@ -14,7 +14,7 @@
 //! tabulated for each gamma ([`SlopeTable`]); the paper's rational fit errs by up to 0.007 in G1.
 
 use super::roughness::roughness;
-use super::{FacetDistribution, SlopeTable};
+use super::{FacetDistribution, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -45,13 +45,13 @@ impl FacetDistribution for StudentT {
     fn density<T: Scalar>(&[scale, gamma, peak]: &[T; 3], g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
-        (-(gamma * (scale * g.tan2_h()).plus(1.0).ln())).exp() * peak / cos4
+        exp_times(-(gamma * (scale * g.tan2_h()).ln_1p()), peak / cos4)
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
         let [m, gamma] = shapes.take();
         let scale = gamma.plus(-1.0).recip();
-        let table = SlopeTable::new(|u2: T| (-(gamma * (scale * u2).plus(1.0).ln())).exp().times(FRAC_1_PI));
+        let table = SlopeTable::new(|u2: T| (-(gamma * (scale * u2).ln_1p())).exp().times(FRAC_1_PI));
         (table, m * m)
     }
 

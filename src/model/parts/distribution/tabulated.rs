@@ -24,7 +24,7 @@
 //! through the normalisation F's strength has none either; `--fix s6=2` and so on leaves them out.
 
 use super::roughness::roughness;
-use super::{FacetDistribution, SlopeTable};
+use super::{FacetDistribution, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -138,15 +138,15 @@ impl FacetDistribution for Tabulated {
     fn density<T: Scalar>((inverse_m2, peak, table): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
-        let v = (*inverse_m2 * g.tan2_h()).plus(1.0).ln();
-        (-table.integral(v)).exp() * *peak / cos4
+        let v = (*inverse_m2 * g.tan2_h()).ln_1p();
+        exp_times(-table.integral(v), *peak / cos4)
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
         let [m] = shapes.take();
         let table = Exponents::<T>::new(shapes.take());
         let peak = table.normaliser().recip().times(FRAC_1_PI);
-        let density = |u2: T| (-table.integral(u2.plus(1.0).ln())).exp() * peak;
+        let density = |u2: T| (-table.integral(u2.ln_1p())).exp() * peak;
         (SlopeTable::new(density), m * m)
     }
 

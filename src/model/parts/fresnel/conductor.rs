@@ -1,15 +1,16 @@
 //! Exact unpolarised reflectance of a conductor with complex refractive index eta + i k.
 //!
-//! With s^2 = 1 - mu^2, t = eta^2 - k^2 - s^2, A = a^2 + b^2 = sqrt(t^2 + 4 eta^2 k^2), 2 a^2 = A + t:
+//! With s^2 = 1 - mu^2, t = eta^2 - k^2 - s^2, 2 a^2 = sqrt(t^2 + 4 eta^2 k^2) + t, 2 b^2 the same less 2 t:
 //!
 //! ```text
-//! Rs = (A - 2 a mu + mu^2)/(A + 2 a mu + mu^2)
-//! Rp = Rs (mu^2 A - 2 a mu s^2 + s^4)/(mu^2 A + 2 a mu s^2 + s^4)
+//! Rs = ((a - mu)^2 + b^2)/((a + mu)^2 + b^2)
+//! Rp = Rs ((a mu - s^2)^2 + b^2 mu^2)/((a mu + s^2)^2 + b^2 mu^2)
 //! F  = (Rs + Rp)/2
 //! ```
 //!
-//! Born and Wolf, Principles of Optics, section 14.2. For t < 0 (most metals) A + t cancels;
-//! 4 eta^2 k^2/(A - t) is the same number without that.
+//! Born and Wolf, Principles of Optics, section 14.2. Of 2 a^2 and 2 b^2 one cancels (for most metals the first); 4 eta^2 k^2
+//! over the other is the same number without that. a - mu = (eta^2 - 1 - k^2 + b^2)/(a + mu) keeps its digits where the
+//! index is close to 1.
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
@@ -19,11 +20,19 @@
 //! F depends on k^2 alone, so that k = 0 is a stationary point at which a fit could get stuck; the lower
 //! bound differs from it by less than 1e-6 in F. A material without absorption is `dielectric`.
 
-use super::FresnelReflectance;
+use super::{Constants, FresnelReflectance};
 use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Scale, Values};
 
 pub(super) struct Conductor;
+
+/// `part`/`whole`; as 1 - `rest`/`whole` where the two are close, since there their derivatives cancel.
+#[inline(always)]
+fn quotient<T: Scalar>(part: T, whole: T, rest: T) -> T {
+    let inverse = whole.recip();
+    let half: T::Real = whole.value().times(0.5);
+    T::if_less(half, part.value(), (-(rest * inverse)).plus(1.0), part * inverse)
+}
 
 impl FresnelReflectance for Conductor {
     const SHAPES: usize = 2;
@@ -37,31 +46,35 @@ impl FresnelReflectance for Conductor {
         ]
     }
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
         let [eta, k] = shapes.take();
-        [eta, k]
+        [eta, k, eta.plus(-1.0) * eta.plus(1.0) - k * k]
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(&[eta, k]: &[T; 2], mu: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(&[eta, k, excess]: &Constants<T>, mu: T::Real) -> [T; 3] {
         let mu2: T::Real = mu * mu;
         let s2 = (-mu2).plus(1.0).greater(T::Real::literal(0.0));
-        let s4: T::Real = s2 * s2;
-        let t: T = (eta - k) * (eta + k) - s2;
+        let t: T = excess + mu2;
         let product2: T = (eta * k).squared().times(4.0);
         let modulus = (t * t + product2).sqrt();
+        // 2 a^2 and 2 b^2: the larger is a sum, the smaller the product over it.
         let zero = T::Real::literal(0.0);
-        let twice_a2 = T::if_less(t.value(), zero, product2 / (modulus - t), modulus + t);
+        let larger = modulus + T::if_less(t.value(), zero, -t, t);
+        let smaller = product2 / larger;
+        let twice_a2 = T::if_less(t.value(), zero, smaller, larger);
+        let b2 = T::if_less(t.value(), zero, larger, smaller).times(0.5);
         // Total reflection inside a denser medium without absorption has a = 0, where the root has no slope.
         let floor = T::constant(1e-30);
         let a = T::if_less(twice_a2.value(), floor.value(), floor, twice_a2).times(0.5).sqrt();
 
-        let cross_s = (a * mu).times(2.0);
-        let sum_s = modulus + mu2;
-        let rs = (sum_s - cross_s) / (sum_s + cross_s);
-        let cross_p = cross_s * s2;
-        let sum_p = modulus * mu2 + s4;
-        let rp = rs * (sum_p - cross_p) / (sum_p + cross_p);
+        let sum_s = a + mu;
+        let difference_s = (excess + b2) / sum_s;
+        let (along, b2_mu2): (T, T) = (a * mu, b2 * mu2);
+        // What numerator and denominator differ by: 4 a mu, and 4 a mu s^2.
+        let cross = along.times(4.0);
+        let rs = quotient(difference_s.squared() + b2, sum_s.squared() + b2, cross);
+        let rp = rs * quotient((along - s2).squared() + b2_mu2, (along + s2).squared() + b2_mu2, cross * s2);
         [(rs + rp).times(0.5), T::constant(0.0), T::constant(0.0)]
     }
 }

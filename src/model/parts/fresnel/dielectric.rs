@@ -13,22 +13,23 @@
 //! [`DielectricIndex`] is the same reflectance with eta itself as its parameter, for the published tables that print
 //! it: r = (eta - 1)/(eta + 1). Below eta = 1 there would be total reflection; it is left out.
 
-use super::FresnelReflectance;
-use crate::math::Scalar;
+use super::{Constants, FresnelReflectance};
+use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Role, Scale, Values};
 
 pub(super) struct Dielectric;
 
 /// What [`index_reflectance`] needs to know of a refractive index of at least 1: sqrt f0 = (eta - 1)/(eta + 1).
 #[inline(always)]
-pub(crate) fn index_constants<T: Scalar>(eta: T) -> [T; 2] {
-    let r: T = eta.plus(-1.0) / eta.plus(1.0);
-    [r, (-r).plus(1.0)]
+pub(crate) fn index_constants<T: Scalar>(eta: T) -> Constants<T> {
+    let sum = eta.plus(1.0);
+    let r: T = eta.plus(-1.0) / sum;
+    [r * r, r, sum.recip().times(2.0)]
 }
 
 /// F at cosine `mu`, more than 0.
 #[inline(always)]
-pub(crate) fn index_reflectance<T: Scalar>(constants: &[T; 2], mu: T::Real) -> T {
+pub(crate) fn index_reflectance<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> T {
     let [reflectance, ..] = Dielectric::factors(constants, mu);
     reflectance
 }
@@ -41,23 +42,26 @@ impl FresnelReflectance for Dielectric {
         vec![ParamSpec { role: Role::Shape, typical: (0.01, 0.3), scale: Scale::Linear, ..f0 }]
     }
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+    /// f0, r and 1 - r.
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
         let [f0] = shapes.take();
-        // The root's slope is infinite at zero; the floor keeps inf * 0 out of the derivative.
-        let floor = T::constant(1e-30);
-        let r = T::if_less(f0.value(), floor.value(), floor + (f0 - f0.value()), f0).sqrt();
-        [r, (-r).plus(1.0)]
+        // The root's slope is infinite at zero; the floor, a constant, keeps inf * 0 out of the derivative.
+        let floor = T::from_real(T::Real::TINY);
+        let r = T::if_less(f0.value(), floor.value(), floor, f0).sqrt();
+        [f0, r, (-f0).plus(1.0) / r.plus(1.0)]
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(&[r, scale]: &[T; 2], mu: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(&[f0, r, scale]: &Constants<T>, mu: T::Real) -> [T; 3] {
         let m = scale * mu;
         let g = (m * m + r.times(4.0)).sqrt();
         let sum = g + m;
-        let difference = r.times(4.0) / sum;
-        let s_polarised = difference / sum;
+        let inverse = sum.recip();
+        let difference = r.times(4.0) * inverse;
         let p_ratio = (sum * mu - scale) / (difference * mu + scale);
-        [s_polarised.squared() * (p_ratio.squared()).plus(1.0).times(0.5), T::constant(0.0), T::constant(0.0)]
+        // (G - M)^2/(G + M)^2 = 16 f0/(G + M)^4: with f0 as a factor F has a slope at f0 = 0.
+        let s_polarised = f0 * inverse.squared().squared();
+        [s_polarised * (p_ratio.squared()).plus(1.0).times(8.0), T::constant(0.0), T::constant(0.0)]
     }
 }
 
@@ -71,13 +75,13 @@ impl FresnelReflectance for DielectricIndex {
         vec![ParamSpec::shape("eta", "refractive index", (1.0001, 3.0), (1.05, 2.8), 1.5, Scale::Linear)]
     }
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
         let [eta] = shapes.take();
         index_constants(eta)
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(constants: &[T; 2], mu: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> [T; 3] {
         Dielectric::factors(constants, mu)
     }
 }

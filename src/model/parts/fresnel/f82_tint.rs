@@ -15,7 +15,7 @@
 //! a twelfth of Schlick's, on gold half of it. Three factors, linear in f0 and b. Not clamped: a deep tint on a bright metal
 //! stays within 0..1.
 
-use super::{FresnelReflectance, Schlick};
+use super::{Constants, FresnelReflectance, Schlick};
 use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Values};
 
@@ -36,12 +36,12 @@ impl FresnelReflectance for F82Tint {
         ]
     }
 
-    fn prepare<T: Scalar>(_: Values<'_, T>) -> [T; 2] {
-        [T::constant(0.0); 2]
+    fn prepare<T: Scalar>(_: Values<'_, T>) -> Constants<T> {
+        [T::constant(0.0); 3]
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(constants: &[T; 2], mu: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> [T; 3] {
         let [fallen, risen, _] = Schlick::factors::<T>(constants, mu);
         let rest = (-mu).plus(1.0).greater(T::Real::literal(0.0));
         [fallen, risen, risen * (mu * rest)]

@@ -14,19 +14,23 @@
 //! f90. Directions up to 80 degrees say little of f90 and p_f apart, which is why both are fixed; the exponent bears an index in
 //! its name because distributions have a p.
 
-use super::FresnelReflectance;
-use crate::math::{Real, Scalar};
+use super::{Constants, FresnelReflectance};
+use crate::math::Scalar;
+use crate::model::parts::distribution::relative_exp_m1;
 use crate::model::{ParamSpec, Scale, Values};
 
 pub(super) struct GeneralisedSchlick;
 
-/// (1 - mu)^exponent, 0 with its derivative where mu is 1.
+/// 1 - (1 - mu)^exponent and (1 - mu)^exponent; 1 and 0 with their derivatives where mu is 1, which it can exceed by an
+/// ulp.
 #[inline(always)]
-pub(super) fn rise<T: Scalar>(exponent: T, mu: T::Real) -> T {
-    // At the floor every power is below 1e-14 for the exponents within bounds, and the logarithm finite. mu can exceed
-    // 1 by an ulp.
-    let rest = (-mu).plus(1.0).greater(T::Real::literal(1e-30));
-    (exponent * Scalar::ln(rest)).exp()
+pub(super) fn fall_and_rise<T: Scalar>(exponent: T, mu: T::Real) -> (T, T) {
+    let (zero, one) = (T::constant(0.0), T::constant(1.0));
+    let power = exponent * (-mu).ln_1p();
+    // The difference from 1 keeps its digits at grazing, where the power tends to 1.
+    let fallen = -(relative_exp_m1(power) * power);
+    let below: T::Real = one.value();
+    (T::if_less(mu, below, fallen, one), T::if_less(mu, below, power.exp(), zero))
 }
 
 impl FresnelReflectance for GeneralisedSchlick {
@@ -42,15 +46,15 @@ impl FresnelReflectance for GeneralisedSchlick {
         ]
     }
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
         let [exponent] = shapes.take();
-        [exponent, T::constant(0.0)]
+        [exponent, T::constant(0.0), T::constant(0.0)]
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(&[exponent, _]: &[T; 2], mu: T::Real) -> [T; 3] {
-        let s = rise(exponent, mu);
-        [(-s).plus(1.0), s, T::constant(0.0)]
+    fn factors<T: Scalar>(&[exponent, ..]: &Constants<T>, mu: T::Real) -> [T; 3] {
+        let (fallen, risen) = fall_and_rise(exponent, mu);
+        [fallen, risen, T::constant(0.0)]
     }
 
     fn coefficients<T: Scalar>(amplitudes: &mut Values<'_, T>) -> [T; 3] {

@@ -14,8 +14,8 @@
 //! ((n - 1)^2 + 4 n (1 - mu)^5 + k^2)/((n + 1)^2 + k^2) is f0 + (1 - f0)(1 - mu)^5 with f0 = ((n - 1)^2 + k^2)/((n + 1)^2 + k^2).
 //! Linear in f0 and a. alpha_f bears an index in its name because distributions have an alpha.
 
-use super::generalised_schlick::rise;
-use super::{FresnelReflectance, Schlick};
+use super::generalised_schlick::fall_and_rise;
+use super::{Constants, FresnelReflectance, Schlick};
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Scale, Values};
 
@@ -33,16 +33,17 @@ impl FresnelReflectance for Lazanyi {
         ]
     }
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
         let [exponent] = shapes.take();
-        [exponent, T::constant(0.0)]
+        [exponent, T::constant(0.0), T::constant(0.0)]
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(constants: &[T; 2], mu: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> [T; 3] {
         let [fallen, risen, _] = Schlick::factors::<T>(constants, mu);
-        let [exponent, _] = *constants;
-        [fallen, risen, rise(exponent, mu) * mu]
+        let [exponent, ..] = *constants;
+        let (_, power) = fall_and_rise(exponent, mu);
+        [fallen, risen, power * mu]
     }
 
     fn coefficients<T: Scalar>(amplitudes: &mut Values<'_, T>) -> [T; 3] {

@@ -22,6 +22,9 @@ use crate::math::Scalar;
 use crate::model::{ParamSpec, Part, Values, Visitor};
 use std::marker::PhantomData;
 
+/// What a reflectance keeps of its shapes.
+pub type Constants<T> = [T; 3];
+
 /// Reflectance of a facet.
 pub trait FresnelReflectance: 'static {
     /// Parameters, shapes and amplitudes.
@@ -34,10 +37,10 @@ pub trait FresnelReflectance: 'static {
     const FACTORS: usize = 1;
 
     /// What depends on the shapes alone, computed once per block.
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2];
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T>;
 
     /// The factors at cosine `mu`; those beyond `FACTORS` are ignored.
-    fn factors<T: Scalar>(constants: &[T; 2], mu: T::Real) -> [T; 3];
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> [T; 3];
 
     /// The coefficients of the factors.
     fn coefficients<T: Scalar>(_: &mut Values<'_, T>) -> [T; 3] {
@@ -52,15 +55,15 @@ impl<F: FresnelReflectance> Part for Reflectance<F> {
     const SHAPES: usize = F::SHAPES;
     const FUNCTIONS: usize = F::FACTORS;
     const SHARED_ON_RINGS: bool = true;
-    type Prepared<T: Scalar> = [T; 2];
+    type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 3];
 
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
         F::prepare(shapes)
     }
 
     #[inline(always)]
-    fn at<T: Scalar>(constants: &[T; 2], g: &Geometry<T::Real>) -> [T; 3] {
+    fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 3] {
         F::factors(constants, g.cos_d)
     }
 }
@@ -80,7 +83,7 @@ macro_rules! fresnels {
             }
 
             /// Shows the reflectance as a part whose shapes begin with a lobe's shape number `first`.
-            pub(crate) fn show(self, first: usize, visitor: &mut impl Visitor) {
+            pub fn show(self, first: usize, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => visitor.part::<Reflectance<$module::$part>>(first)),* }
             }
 

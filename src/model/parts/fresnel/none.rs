@@ -1,6 +1,6 @@
 //! No Fresnel effect: F = 1, the same at every angle.
 
-use super::FresnelReflectance;
+use super::{Constants, FresnelReflectance};
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Values};
 
@@ -11,12 +11,12 @@ impl FresnelReflectance for None {
         Vec::new()
     }
 
-    fn prepare<T: Scalar>(_: Values<'_, T>) -> [T; 2] {
-        [T::constant(0.0); 2]
+    fn prepare<T: Scalar>(_: Values<'_, T>) -> Constants<T> {
+        [T::constant(0.0); 3]
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(_: &[T; 2], _: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(_: &Constants<T>, _: T::Real) -> [T; 3] {
         [1.0, 0.0, 0.0].map(T::constant)
     }
 }

@@ -3,7 +3,7 @@
 //! Schlick 1994, eq. 15 (doi:10.1111/1467-8659.1330233). Linear in f0. Its largest error is 0.036 for
 //! eta = 1.5 (at 85 degrees) and 0.1 to 0.2 for metals.
 
-use super::FresnelReflectance;
+use super::{Constants, FresnelReflectance};
 use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Values};
 
@@ -16,15 +16,19 @@ impl FresnelReflectance for Schlick {
         vec![ParamSpec::amplitude("f0", "reflectance at normal incidence", 1.0, 0.05)]
     }
 
-    fn prepare<T: Scalar>(_: Values<'_, T>) -> [T; 2] {
-        [T::constant(0.0); 2]
+    fn prepare<T: Scalar>(_: Values<'_, T>) -> Constants<T> {
+        [T::constant(0.0); 3]
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(_: &[T; 2], mu: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(_: &Constants<T>, mu: T::Real) -> [T; 3] {
         // wi.h can exceed 1 by an ulp.
-        let s = (-mu).plus(1.0).greater(T::Real::literal(0.0)).fifth_power();
-        [T::from_real((-s).plus(1.0)), T::from_real(s), T::constant(0.0)]
+        let rest = (-mu).plus(1.0).greater(T::Real::literal(0.0));
+        let rest2: T::Real = rest * rest;
+        let rest4: T::Real = rest2 * rest2;
+        // 1 - s = (1 - rest)(1 + rest + ... + rest^4), without the difference of two numbers that meet at grazing.
+        let sum: T::Real = rest.plus(1.0) * rest2.plus(1.0) + rest4;
+        [T::from_real(mu * sum), T::from_real(rest4 * rest), T::constant(0.0)]
     }
 
     fn coefficients<T: Scalar>(amplitudes: &mut Values<'_, T>) -> [T; 3] {

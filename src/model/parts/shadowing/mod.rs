@@ -60,7 +60,7 @@ macro_rules! shadowings {
 
         impl Shadowing {
             /// Shows the visibility of `distribution` as a part whose shapes are a lobe's first.
-            pub(crate) fn show(self, distribution: Distribution, visitor: &mut impl Visitor) {
+            pub fn show(self, distribution: Distribution, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => distribution.show_visibility::<$module::$part>(visitor)),* }
             }
         }
