@@ -177,7 +177,7 @@ proptest! {
         let listed: Vec<String> = wavelengths.iter().map(u32::to_string).collect();
         let mut cornell = format!("# made up\n{}\n{}\n", listed.len(), listed.join("\n"));
         let mut table = format!("theta_i,phi_i,theta_o,phi_o,{}\n", listed.join(","));
-        let mut next = value;
+        let mut next: f64 = value;
         for (a, b, c, d) in samples {
             let values: Vec<String> = wavelengths.iter().map(|_| { next += 0.1; next.to_string() }).collect();
             cornell += &format!("{a} {b}\t{c} {d}  {} # a sample\n", values.join(" "));
@@ -194,7 +194,8 @@ proptest! {
         thickness in 0.01..10.0,
     ) {
         let mut by_channel = "wavelength,thickness,black,white,over_black,over_white\n".to_owned();
-        let mut by_patch = vec!["thickness".to_owned(); 1];
+        let thickness: f64 = thickness;
+        let mut by_patch = vec!["thickness".to_owned()];
         let (mut black, mut white) = (vec![thickness.to_string()], vec![thickness.to_string()]);
         for (index, (over_black, over_white, b, w)) in rows.iter().enumerate() {
             let nm = 400 + 10 * index;

@@ -273,7 +273,9 @@ pub fn settings(bytes: &[u8]) {
     let (model, channels) = (lines.next().unwrap_or_default(), lines.next().unwrap_or_default());
     let Ok(expression) = Expression::parse(model) else { return };
     let channels: Vec<String> = channels.split_whitespace().map(str::to_owned).collect();
-    if channels.is_empty() || channels.len() > 8 || expression.lobes().len() > 8 {
+    // No reader gives a channel such a name.
+    let unreadable = channels.iter().any(|channel| channel.contains(char::is_control));
+    if channels.is_empty() || channels.len() > 8 || expression.lobes().len() > 8 || unreadable {
         return;
     }
     let words = lines.flat_map(|line| line.splitn(2, ' ')).map(str::to_owned);
