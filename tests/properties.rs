@@ -194,7 +194,7 @@ proptest! {
         thickness in 0.01..10.0,
     ) {
         let mut by_channel = "wavelength,thickness,black,white,over_black,over_white\n".to_owned();
-        let thickness: f64 = thickness;
+        let (rows, thickness): (Vec<(f64, f64, f64, f64)>, f64) = (rows, thickness);
         let mut by_patch = vec!["thickness".to_owned()];
         let (mut black, mut white) = (vec![thickness.to_string()], vec![thickness.to_string()]);
         for (index, (over_black, over_white, b, w)) in rows.iter().enumerate() {
