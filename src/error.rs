@@ -105,10 +105,16 @@ fn plain(error: &std::io::Error) -> String {
     text.split(" (os error").next().unwrap_or(&text).to_owned()
 }
 
-/// A piece of a file as it may stand in a one-line message: short, without control characters.
+/// A piece of a file as it may stand in a one-line message: short, without control characters, in quotes.
 #[must_use]
 pub fn excerpt(text: &str) -> String {
-    const LONGEST: usize = 40;
+    format!("'{}'", short(text))
+}
+
+/// Like [`excerpt`], without the quotes.
+#[must_use]
+pub fn short(text: &str) -> String {
+    const LONGEST: usize = 60;
     let clean: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
-    if text.chars().count() > LONGEST { format!("'{clean}...'") } else { format!("'{clean}'") }
+    if text.chars().nth(LONGEST).is_some() { format!("{clean}...") } else { clean }
 }

@@ -4,6 +4,7 @@ use super::cost::{Cost, cost};
 use super::output::json;
 use super::{Outcome, say};
 use brdfit::Error;
+use brdfit::error::excerpt;
 use brdfit::model::{AnyModel, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
 use clap::Args;
 use serde::Serialize;
@@ -62,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         Some(name) => {
             let names: Vec<&str> = REGISTRY.iter().map(|entry| entry.name).collect();
             let entry = REGISTRY.iter().find(|entry| entry.name == name).ok_or_else(|| {
-                Error::Usage(format!("model: expected one of {}, found '{name}'", names.join(", ")))
+                Error::Usage(format!("model: expected one of {}, found {}", names.join(", "), excerpt(name)))
             })?;
             vec![entry]
         }

@@ -1,6 +1,7 @@
 //! Options about parameters: `P=V`, `P=LO..HI`, `P=Q`, `P`.
 
 use brdfit::Error;
+use brdfit::error::excerpt;
 use brdfit::fit::{Selector, Setting, Settings};
 use brdfit::model::parts::fresnel::{Known, NAMES, f0_of_eta, known_f0};
 use clap::Args;
@@ -116,7 +117,10 @@ pub fn values(option: &str, texts: &[String], setting: impl Fn(f64) -> Setting) 
 const RGB: [&str; 3] = ["r", "g", "b"];
 
 fn only_rgb(option: &str, text: &str) -> Error {
-    Error::Usage(format!("{option}: expected channels r, g and b for the colour of a metal, found '{text}'"))
+    Error::Usage(format!(
+        "{option}: expected channels r, g and b for the colour of a metal, found {}",
+        excerpt(text)
+    ))
 }
 
 /// f0 where it is given by a material's name or by `eta:` and an index.
@@ -142,7 +146,7 @@ fn normal_incidence(
 }
 
 fn wrong(option: &str, text: &str, form: &str) -> Error {
-    Error::Usage(format!("{option}: expected {form}, found '{text}'"))
+    Error::Usage(format!("{option}: expected {form}, found {}", excerpt(text)))
 }
 
 fn split<'a>(option: &str, text: &'a str, form: &str) -> Result<(&'a str, &'a str), Error> {

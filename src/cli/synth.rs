@@ -6,6 +6,7 @@ use super::output::Output;
 use super::settings::values;
 use super::{Outcome, say};
 use brdfit::Error;
+use brdfit::error::excerpt;
 use brdfit::fit::{ParameterTable, Setting, Settings};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::measurement::formats::{ReadOptions, merl, read_directions};
@@ -148,7 +149,10 @@ fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error> {
     if on_grid {
         let rgb = ["r", "g", "b"].map(str::to_owned);
         if let Some(other) = named.iter().find(|name| !rgb.contains(name)) {
-            return Err(Error::Usage(format!("--grid merl: expected channels r, g and b, found '{other}'")));
+            return Err(Error::Usage(format!(
+                "--grid merl: expected channels r, g and b, found {}",
+                excerpt(other)
+            )));
         }
         return Ok(rgb.to_vec());
     }

@@ -13,7 +13,7 @@ mod table;
 pub use closed_form::from_two_backings;
 pub use fit::{Fitted, Quantity, Remark, fit};
 pub use record::{Record, SCHEMA, text};
-pub use table::{Drawdown, Patch, Series, read};
+pub use table::{Drawdown, Patch, Series, read, read_file};
 
 /// The surface of the film, Saunderson's k1 and k2: 0 and 0 for none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

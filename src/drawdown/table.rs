@@ -3,12 +3,12 @@
 //! Two layouts, told apart by the header: a row per patch with a column per channel, or, if any column begins with
 //! `over_`, a row per channel with a column per backing.
 
-use crate::error::{Error, Place, excerpt};
+use crate::error::{Error, Place, excerpt, short};
 use crate::measurement::csv_table::records;
 use crate::measurement::formats::File;
 use crate::measurement::{Channel, Source};
 use csv::StringRecord;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
 /// One reflectance.
@@ -65,7 +65,15 @@ const ONLY_CHANNEL: &str = "reflectance";
 /// # Errors
 /// [`Error::Io`], [`Error::Malformed`], [`Error::NoSamples`]; [`Error::Usage`] for a thickness given twice.
 pub fn read(path: &Path, thickness: Option<f64>) -> Result<Drawdown, Error> {
-    let mut file = File::open(path)?;
+    read_file(File::open(path)?, thickness)
+}
+
+/// Reads a drawdown from a file that is open, or from memory: like [`read`].
+///
+/// # Errors
+/// Like [`read`].
+pub fn read_file(mut file: File<'_>, thickness: Option<f64>) -> Result<Drawdown, Error> {
+    let path = file.path;
     if file.head(1).is_empty() {
         return Err(Error::malformed(path, Place::File, "a table of reflectances", "an empty file"));
     }
@@ -81,6 +89,7 @@ pub fn read(path: &Path, thickness: Option<f64>) -> Result<Drawdown, Error> {
         return Err(Error::Usage(text));
     }
     let mut series: Vec<Series> = Vec::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
     let mut rows = 0;
     for record in records {
         let (place, fields) = record.map_err(|e| e.in_file(path))?;
@@ -90,9 +99,12 @@ pub fn read(path: &Path, thickness: Option<f64>) -> Result<Drawdown, Error> {
         }
         rows += 1;
         for (channel, patch) in columns.patches(&fields, thickness.unwrap_or(1.0)).map_err(at(place))? {
-            match series.iter_mut().find(|s| s.channel.name == channel.name) {
+            match places.get(&channel.name).and_then(|place| series.get_mut(*place)) {
                 Some(known) => known.patches.push(patch),
-                None => series.push(Series { channel, patches: vec![patch] }),
+                None => {
+                    places.insert(channel.name.clone(), series.len());
+                    series.push(Series { channel, patches: vec![patch] });
+                }
             }
         }
     }
@@ -136,10 +148,17 @@ enum Background {
     Ideal(f64),
 }
 
-impl Columns {
-    fn parse(header: &StringRecord) -> Result<Self, Wrong> {
-        for (index, name) in header.iter().enumerate() {
-            if header.iter().take(index).any(|earlier| earlier == name) {
+/// The columns of a header by their names. A header may be as wide as a file is long, so none is searched for.
+struct Header<'a> {
+    names: &'a StringRecord,
+    places: HashMap<&'a str, usize>,
+}
+
+impl<'a> Header<'a> {
+    fn parse(names: &'a StringRecord) -> Result<Self, Wrong> {
+        let mut places = HashMap::new();
+        for (index, name) in names.iter().enumerate() {
+            if places.insert(name, index).is_some() {
                 return Err(("column names that differ".to_owned(), format!("{} twice", excerpt(name))));
             }
             if name.is_empty() {
@@ -149,34 +168,61 @@ impl Columns {
                 return Err(("column names without control characters".to_owned(), excerpt(name)));
             }
         }
-        let layout = if header.iter().any(|name| name.starts_with(OVER)) {
-            Self::row_per_channel(header)?
-        } else {
-            Self::row_per_patch(header)?
-        };
-        Ok(Self { thickness: column(header, THICKNESS), layout })
+        Ok(Self { names, places })
     }
 
-    fn row_per_patch(header: &StringRecord) -> Result<Layout, Wrong> {
+    fn column(&self, name: &str) -> Option<usize> {
+        self.places.get(name).copied()
+    }
+
+    /// The names, as found.
+    fn listed(&self) -> String {
+        excerpt(&self.names.iter().collect::<Vec<_>>().join(","))
+    }
+}
+
+impl Columns {
+    fn parse(names: &StringRecord) -> Result<Self, Wrong> {
+        let header = Header::parse(names)?;
+        let layout = if names.iter().any(|name| name.starts_with(OVER)) {
+            Self::row_per_channel(&header)?
+        } else {
+            Self::row_per_patch(&header)?
+        };
+        Ok(Self { thickness: header.column(THICKNESS), layout })
+    }
+
+    fn row_per_patch(header: &Header<'_>) -> Result<Layout, Wrong> {
         let own = |prefix: &str, name: &str| name.strip_prefix(prefix)?.strip_prefix('_').map(str::to_owned);
+        let names = || header.names.iter().enumerate();
+        // Columns of one channel's own backing or standard deviation: of several spellings of one wavelength the
+        // first counts.
+        let of_channels = |prefix: &str| {
+            let mut columns = HashMap::new();
+            for (index, name) in names() {
+                if let Some(channel) = own(prefix, name) {
+                    columns.entry(Channel::named(&channel).name).or_insert((index, channel));
+                }
+            }
+            columns
+        };
+        let [backgrounds, sigmas] = [BACKGROUND, SIGMA].map(of_channels);
+        let (background, sigma) = (header.column(BACKGROUND), header.column(SIGMA));
         let is_channel = |name: &str| {
             ![THICKNESS, BACKGROUND, SIGMA].contains(&name)
                 && own(BACKGROUND, name).is_none()
                 && own(SIGMA, name).is_none()
         };
-        let of = |prefix: &str, channel: &str| {
-            let named = |name: &str| own(prefix, name).is_some_and(|n| Channel::named(&n).name == channel);
-            header.iter().position(named).or_else(|| column(header, prefix))
-        };
         let mut channels: Vec<ChannelColumns> = Vec::new();
-        for (index, name) in header.iter().enumerate().filter(|(_, name)| is_channel(name)) {
+        let mut known = HashSet::new();
+        for (index, name) in names().filter(|(_, name)| is_channel(name)) {
             let channel = Channel::named(name);
-            if channels.iter().any(|c| c.channel.name == channel.name) {
+            if !known.insert(channel.name.clone()) {
                 return Err(("channels that differ".to_owned(), format!("{} twice", excerpt(name))));
             }
             channels.push(ChannelColumns {
-                background: of(BACKGROUND, &channel.name),
-                sigma: of(SIGMA, &channel.name),
+                background: backgrounds.get(&channel.name).map(|(column, _)| *column).or(background),
+                sigma: sigmas.get(&channel.name).map(|(column, _)| *column).or(sigma),
                 reflectance: index,
                 channel,
             });
@@ -184,50 +230,55 @@ impl Columns {
         if channels.is_empty() {
             let expected =
                 format!("columns '{BACKGROUND}' and one of reflectances per channel, or '{OVER}black'");
-            return Err((expected, listed(header)));
+            return Err((expected, header.listed()));
         }
-        let known = |name: &String| channels.iter().any(|c| c.channel.name == Channel::named(name).name);
-        for prefix in [BACKGROUND, SIGMA] {
-            if let Some(name) = header.iter().filter_map(|name| own(prefix, name)).find(|name| !known(name)) {
-                return Err((format!("a column '{name}' beside '{prefix}_{name}'"), listed(header)));
+        for (prefix, columns) in [(BACKGROUND, &backgrounds), (SIGMA, &sigmas)] {
+            let strays = columns.iter().filter(|(name, _)| !known.contains(*name));
+            if let Some((_, (_, name))) = strays.min_by_key(|(_, (index, _))| *index) {
+                let (channel, column) = (excerpt(name), excerpt(&format!("{prefix}_{name}")));
+                return Err((format!("a column {channel} beside {column}"), header.listed()));
             }
         }
         Ok(Layout::Patches(channels))
     }
 
-    fn row_per_channel(header: &StringRecord) -> Result<Layout, Wrong> {
+    fn row_per_channel(header: &Header<'_>) -> Result<Layout, Wrong> {
         let mut backings = Vec::new();
-        for (reflectance, column_name) in header.iter().enumerate() {
+        for (reflectance, column_name) in header.names.iter().enumerate() {
             let Some(name) = column_name.strip_prefix(OVER) else { continue };
             let ideal =
                 IDEAL.iter().find(|(ideal, _)| *ideal == name).map(|(_, value)| Background::Ideal(*value));
-            let background = column(header, name).map(Background::Column).or(ideal).ok_or_else(|| {
+            let background = header.column(name).map(Background::Column).or(ideal).ok_or_else(|| {
                 (
-                    format!("a column '{name}', the reflectance of the backing of '{OVER}{name}'"),
-                    listed(header),
+                    format!(
+                        "a column {}, the reflectance of the backing of {}",
+                        excerpt(name),
+                        excerpt(column_name)
+                    ),
+                    header.listed(),
                 )
             })?;
             backings.push(BackingColumns { column: column_name.to_owned(), reflectance, background });
         }
-        let is_backing = |name: &str| column(header, &format!("{OVER}{name}")).is_some();
+        let is_backing = |name: &str| header.column(&format!("{OVER}{name}")).is_some();
         let understood = |name: &str| {
             [THICKNESS, SIGMA].contains(&name)
                 || NAMES.contains(&name)
                 || name.starts_with(OVER)
                 || is_backing(name)
         };
-        if let Some(name) = header.iter().find(|name| !understood(name)) {
+        if let Some(name) = header.names.iter().find(|name| !understood(name)) {
             let expected = format!(
                 "columns {}, {THICKNESS}, {SIGMA}, {OVER}NAME and NAME, the reflectance of that backing",
                 NAMES.join(" or ")
             );
             return Err((expected, excerpt(name)));
         }
-        let names: Vec<usize> = NAMES.iter().filter_map(|name| column(header, name)).collect();
+        let names: Vec<usize> = NAMES.iter().filter_map(|name| header.column(name)).collect();
         if names.len() > 1 {
             return Err((format!("one column of {}", NAMES.join(" and ")), "both".to_owned()));
         }
-        Ok(Layout::Channels { name: names.first().copied(), sigma: column(header, SIGMA), backings })
+        Ok(Layout::Channels { name: names.first().copied(), sigma: header.column(SIGMA), backings })
     }
 
     /// What a row tells.
@@ -280,21 +331,13 @@ impl Columns {
     }
 }
 
-fn column(header: &StringRecord, name: &str) -> Option<usize> {
-    header.iter().position(|field| field == name)
-}
-
 fn field(fields: &StringRecord, column: usize) -> &str {
     fields.get(column).unwrap_or_default()
 }
 
-/// The names in a header, as found.
-fn listed(header: &StringRecord) -> String {
-    excerpt(&header.iter().collect::<Vec<_>>().join(","))
-}
-
 /// A reflectance.
 fn share(what: &str, text: &str) -> Result<f64, Wrong> {
+    let what = short(what);
     match text.parse::<f64>() {
         Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
         Ok(value) if value > 1.0 && value <= 100.0 => {

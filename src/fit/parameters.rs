@@ -1,6 +1,6 @@
 //! The parameters of an expression for given channels: values, bounds, and which of them the fit moves.
 
-use crate::error::Error;
+use crate::error::{Error, excerpt, short};
 use crate::model::{Expression, Lobe, ParamSpec, Role, Scale, Sharing, Sharper};
 use std::fmt;
 
@@ -110,7 +110,8 @@ impl Selector {
         let text = text.trim();
         let wrong = || {
             Error::Usage(format!(
-                "parameter: expected a name such as 'm', 'lambert.kd.r' or 'cook-torrance#2.f0[700]', found '{text}'"
+                "parameter: expected a name such as 'm', 'lambert.kd.r' or 'cook-torrance#2.f0[700]', found {}",
+                excerpt(text)
             ))
         };
         let (name, bracketed) = match text.split_once('[') {
@@ -166,7 +167,7 @@ impl Selector {
 
 impl fmt::Display for Selector {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text)
+        f.write_str(&short(&self.text))
     }
 }
 
@@ -797,7 +798,11 @@ fn resolve(
     let lobe = match lobe {
         None => None,
         Some(lobe) => Some(find_lobe(lobe).ok_or_else(|| {
-            Error::Usage(format!("{selector}: expected a lobe among {}, found '{lobe}'", lobes.join(", ")))
+            Error::Usage(format!(
+                "{selector}: expected a lobe among {}, found {}",
+                lobes.join(", "),
+                excerpt(lobe)
+            ))
         })?),
     };
     let holders: Vec<usize> = specs
@@ -815,8 +820,9 @@ fn resolve(
                 known.extend(lobe_specs.iter().map(|spec| format!("{lobe}.{}", spec.name)));
             }
             return Err(Error::Usage(format!(
-                "{selector}: expected a parameter among {}, found '{name}'",
-                known.join(", ")
+                "{selector}: expected a parameter among {}, found {}",
+                known.join(", "),
+                excerpt(name)
             )));
         }
         [_] => {}
@@ -836,8 +842,9 @@ fn resolve(
         None => None,
         Some(wanted) => Some(channels.iter().position(|channel| channel == wanted).ok_or_else(|| {
             Error::Usage(format!(
-                "{selector}: expected a channel among {}, found '{wanted}'",
-                channels.join(", ")
+                "{selector}: expected a channel among {}, found {}",
+                channels.join(", "),
+                excerpt(wanted)
             ))
         })?),
     };

@@ -3,6 +3,7 @@
 use super::Channel;
 use crate::error::{Error, Place, excerpt};
 use csv::StringRecord;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// The columns that every table has, in degrees.
@@ -73,7 +74,14 @@ impl Lines {
             };
         }
         let passed = bytes.get(self.byte..at).unwrap_or_default();
-        self.line += passed.iter().map(|b| u64::from(*b == b'\n')).sum::<u64>();
+        // A line ends with LF, CR LF or CR alone. LF after CR is the same end, also where the last record ended between
+        // them.
+        let before = self.byte.checked_sub(1).and_then(|byte| bytes.get(byte)).copied();
+        let mut previous = before.unwrap_or_default();
+        for byte in passed {
+            self.line += u64::from(*byte == b'\r' || (*byte == b'\n' && previous != b'\r'));
+            previous = *byte;
+        }
         self.byte = self.byte.max(at);
         self.line
     }
@@ -88,8 +96,8 @@ pub struct Columns {
     pub channels: Vec<Channel>,
     /// Of each channel's values.
     pub values: Vec<usize>,
-    /// Of `sigma` (no channel) and each `sigma_<channel>`.
-    sigma: Vec<(Option<String>, usize)>,
+    /// Of each channel's standard deviations: `sigma_<channel>`, or else `sigma`.
+    pub sigma: Vec<Option<usize>>,
 }
 
 impl Columns {
@@ -98,10 +106,18 @@ impl Columns {
     /// # Errors
     /// What was expected and what was found.
     pub fn parse(header: &StringRecord) -> Result<Self, (String, String)> {
-        let angles = Self::angles(header)?;
-        let mut columns = Self { angles, channels: Vec::new(), values: Vec::new(), sigma: Vec::new() };
+        let mut columns = Self {
+            angles: Self::angles(header)?,
+            channels: Vec::new(),
+            values: Vec::new(),
+            sigma: Vec::new(),
+        };
+        // Sets, because a header may be as wide as a file is long.
+        let (mut seen, mut channels) = (HashSet::new(), HashSet::new());
+        let mut sigma_of_all = None;
+        let mut sigma_of = HashMap::new();
         for (index, name) in header.iter().enumerate() {
-            if header.iter().take(index).any(|earlier| earlier == name) {
+            if !seen.insert(name) {
                 return Err(("column names that differ".to_owned(), format!("{} twice", excerpt(name))));
             }
             if name.contains(char::is_control) {
@@ -114,12 +130,13 @@ impl Columns {
                 continue;
             }
             if name == "sigma" {
-                columns.sigma.push((None, index));
+                sigma_of_all = Some(index);
             } else if let Some(channel) = name.strip_prefix("sigma_") {
-                columns.sigma.push((Some(Channel::named(channel).name), index));
+                // Of several spellings of one wavelength the first counts.
+                sigma_of.entry(Channel::named(channel).name).or_insert(index);
             } else {
                 let channel = Channel::named(name);
-                if columns.channels.iter().any(|c| c.name == channel.name) {
+                if !channels.insert(channel.name.clone()) {
                     return Err(("channels that differ".to_owned(), format!("{} twice", excerpt(name))));
                 }
                 columns.channels.push(channel);
@@ -129,12 +146,15 @@ impl Columns {
         if columns.channels.is_empty() {
             return Err(("a column of values beside the angles".to_owned(), listed(header)));
         }
-        let known = |name: &str| columns.channels.iter().any(|channel| channel.name == name);
-        if let Some((Some(name), _)) =
-            columns.sigma.iter().find(|(name, _)| name.as_deref().is_some_and(|name| !known(name)))
-        {
-            return Err((format!("a column '{name}' beside 'sigma_{name}'"), listed(header)));
+        // The first in the header, so that the message does not depend on the order of a table of hashes.
+        let stray =
+            sigma_of.iter().filter(|(name, _)| !channels.contains(*name)).min_by_key(|(_, index)| **index);
+        if let Some((name, _)) = stray {
+            let (name, sigma) = (excerpt(name), excerpt(&format!("sigma_{name}")));
+            return Err((format!("a column {name} beside {sigma}"), listed(header)));
         }
+        columns.sigma =
+            columns.channels.iter().map(|c| sigma_of.get(&c.name).copied().or(sigma_of_all)).collect();
         Ok(columns)
     }
 
@@ -152,15 +172,6 @@ impl Columns {
         }
         Ok(angles)
     }
-
-    /// The column of the standard deviation of a channel.
-    #[must_use]
-    pub fn sigma_of(&self, channel: &str) -> Option<usize> {
-        let of = |wanted: Option<&str>| {
-            self.sigma.iter().find(|(name, _)| name.as_deref() == wanted).map(|(_, column)| *column)
-        };
-        of(Some(channel)).or_else(|| of(None))
-    }
 }
 
 /// The names in a header, as found.
@@ -176,9 +187,11 @@ mod tests {
     #[test]
     fn lines_are_those_of_an_editor() {
         let text = "# comment\n\na,b\n1,2\n# another\n   \n\n\"3\n3\",4\n5,6\n";
+        let lines = |text: &str| -> Vec<Place> { records(text).map(|record| record.unwrap().0).collect() };
         for text in [text.to_owned(), text.replace('\n', "\r\n")] {
-            let lines: Vec<Place> = records(&text).map(|record| record.unwrap().0).collect();
-            assert_eq!(lines, [3, 4, 8, 10].map(Place::Line), "{text:?}");
+            assert_eq!(lines(&text), [3, 4, 8, 10].map(Place::Line), "{text:?}");
         }
+        // Comments end with LF only.
+        assert_eq!(lines("a,b\r\r1,2\r\"3\r3\",4\r5,6"), [1, 3, 4, 6].map(Place::Line));
     }
 }

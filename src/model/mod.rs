@@ -58,7 +58,7 @@ pub use evaluation::{BasisBlock, Derivatives, Part, Visitor};
 pub use expression::{Expression, Lobe};
 pub use parameter::{ParamSpec, Role, Scale, Sharing, Sharper, Unit};
 
-use crate::error::Error;
+use crate::error::{Error, excerpt};
 use crate::geometry::{Block, Geometry};
 use crate::math::{Dual, Scalar};
 use evaluation::PointEvaluation;
@@ -159,10 +159,13 @@ impl Choices {
         for (index, (key, _)) in given.iter().enumerate() {
             if !options.iter().any(|o| o.key == key) {
                 let expected = if options.is_empty() { "no options".to_owned() } else { keys() };
-                return Err(Error::Usage(format!("{model}: expected {expected}, found option '{key}'")));
+                return Err(Error::Usage(format!(
+                    "{model}: expected {expected}, found option {}",
+                    excerpt(key)
+                )));
             }
             if given.iter().take(index).any(|(k, _)| k == key) {
-                return Err(Error::Usage(format!("{model}: option '{key}' is given twice")));
+                return Err(Error::Usage(format!("{model}: option {} is given twice", excerpt(key))));
             }
         }
         let mut chosen = Vec::new();
@@ -172,9 +175,10 @@ impl Choices {
                 given.iter().find(|(k, _)| k == option.key).map_or(option.default, |(_, v)| v.as_str());
             let Some(value) = values.iter().find(|v| **v == wanted) else {
                 return Err(Error::Usage(format!(
-                    "{model}: expected {}={}, found '{wanted}'",
+                    "{model}: expected {}={}, found {}",
                     option.key,
-                    values.join("|")
+                    values.join("|"),
+                    excerpt(wanted)
                 )));
             };
             chosen.push((option.key, *value));

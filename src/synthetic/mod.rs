@@ -3,10 +3,10 @@
 
 pub mod heightfield;
 
-use crate::error::Error;
+use crate::error::{Error, excerpt};
 use crate::fit::ParameterTable;
 use crate::geometry::{Directions, Geometry, Pair, direction, spherical_degrees};
-use crate::measurement::csv_table::ANGLES;
+use crate::measurement::csv_table::{ANGLES, Columns, records};
 use crate::measurement::{Channel, Measurement};
 use crate::model::Expression;
 use rand::{RngExt, SeedableRng};
@@ -128,25 +128,16 @@ pub fn measurement(
 /// The measurement as CSV in this project's own format, with `comments` in its head.
 ///
 /// # Errors
-/// [`Error::Usage`] if a value is not finite.
+/// [`Error::Usage`] if a value is not finite, or if the channels are called what no header can say.
 pub fn csv(measurement: &Measurement, comments: &[String]) -> Result<String, Error> {
     let mut text = String::new();
     for comment in comments {
-        let _ = writeln!(text, "# {comment}");
+        // A comment ends with its line.
+        let _ = writeln!(text, "# {}", comment.replace(char::is_control, " "));
     }
-    let names: Vec<&str> = measurement.channels.iter().map(|c| c.name.as_str()).collect();
-    text.push_str(&ANGLES.join(","));
-    for name in &names {
-        let _ = write!(text, ",{name}");
-    }
-    if measurement.sigma.is_some() {
-        match names.as_slice() {
-            [_] => text.push_str(",sigma"),
-            several => several.iter().for_each(|name| {
-                let _ = write!(text, ",sigma_{name}");
-            }),
-        }
-    }
+    let header = header(measurement);
+    check_header(&header, measurement)?;
+    text.push_str(&header);
     text.push('\n');
     for (index, geometry) in measurement.directions.iter().enumerate() {
         let mut fields = angles(&geometry).to_vec();
@@ -160,6 +151,34 @@ pub fn csv(measurement: &Measurement, comments: &[String]) -> Result<String, Err
         text.push('\n');
     }
     Ok(text)
+}
+
+/// The names of the columns, quoted where they need it.
+fn header(measurement: &Measurement) -> String {
+    let mut columns: Vec<String> = ANGLES.map(str::to_owned).into();
+    columns.extend(measurement.channels.iter().map(|channel| channel.name.clone()));
+    match (measurement.sigma.is_some(), measurement.channels.as_slice()) {
+        (false, _) => {}
+        (true, [_]) => columns.push("sigma".to_owned()),
+        (true, several) => columns.extend(several.iter().map(|channel| format!("sigma_{}", channel.name))),
+    }
+    let quoted = |name: &String| {
+        if name.contains([',', '"']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.clone() }
+    };
+    columns.iter().map(quoted).collect::<Vec<_>>().join(",")
+}
+
+/// Whether a header says what the channels are: a channel may be called `sigma`, or end in a blank, by a user who
+/// makes it up.
+fn check_header(header: &str, measurement: &Measurement) -> Result<(), Error> {
+    let wanted = || measurement.channels.iter().map(|channel| &channel.name);
+    let read = records(header).next().and_then(Result::ok).and_then(|(_, names)| Columns::parse(&names).ok());
+    if read.is_some_and(|columns| columns.channels.iter().map(|channel| &channel.name).eq(wanted())) {
+        return Ok(());
+    }
+    let names: Vec<&str> = wanted().map(String::as_str).collect();
+    let expected = "channels: expected names that differ and that a header of CSV can hold";
+    Err(Error::Usage(format!("{expected}, found {}", excerpt(&names.join(", ")))))
 }
 
 fn angles(geometry: &Geometry<f64>) -> [f64; 4] {

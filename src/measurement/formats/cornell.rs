@@ -8,7 +8,7 @@ use super::{Confidence, File, Format, ReadOptions, finite, line_place, polar_ang
 use crate::error::{Error, Place, excerpt};
 use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::{Channel, Measurement, Source};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 /// The format's line in the registry.
 pub const FORMAT: Format = Format { name: "cornell", summary: "a Cornell text table", sniff, read };
@@ -49,6 +49,7 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         return Err(Error::malformed(file.path, line_place(line), expected, excerpt(first)));
     };
     let mut channels: Vec<Channel> = Vec::new();
+    let mut seen = HashSet::new();
     let mut last_line = line;
     for index in 0..number {
         let Some((line, word)) = words.next() else {
@@ -57,12 +58,11 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         };
         last_line = line;
         let nm = finite(file, line_place(line), "a wavelength", word)?;
-        let channel = Channel::at_wavelength(nm);
-        if nm <= 0.0 || channels.contains(&channel) {
+        if nm <= 0.0 || !seen.insert(nm.to_bits()) {
             let expected = "a positive wavelength in nm, each once";
             return Err(Error::malformed(file.path, line_place(line), expected, excerpt(word)));
         }
-        channels.push(channel);
+        channels.push(Channel::at_wavelength(nm));
     }
     // The samples begin on a line of their own.
     if let Some((line, word)) = words.next()

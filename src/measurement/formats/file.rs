@@ -9,6 +9,8 @@ use std::path::Path;
 
 /// More than any format looks at to recognise itself.
 const HEAD_BYTES: u64 = 65536;
+/// So much of a text is read at once and looked at before more is.
+const TEXT_PIECE: u64 = 1 << 20;
 
 /// A file that is read once, from its beginning to its end, and hashed on the way.
 ///
@@ -19,6 +21,8 @@ pub struct File<'a> {
     head: Vec<u8>,
     rest: Box<dyn Read + Send + 'a>,
     hash: Sha256,
+    /// Bytes in all, where that is known beforehand.
+    length: Option<u64>,
 }
 
 impl<'a> File<'a> {
@@ -27,7 +31,10 @@ impl<'a> File<'a> {
     /// # Errors
     /// [`Error::Io`].
     pub fn open(path: &'a Path) -> Result<Self, Error> {
-        Self::new(path, std::fs::File::open(path).map_err(Error::read(path))?)
+        let file = std::fs::File::open(path).map_err(Error::read(path))?;
+        // A pipe or a device has a length, too, but not that of what comes out of it.
+        let length = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|meta| meta.len());
+        Ok(Self { length, ..Self::new(path, file)? })
     }
 
     /// A file of any content, to be called `path` in errors.
@@ -37,7 +44,13 @@ impl<'a> File<'a> {
     pub fn new(path: &'a Path, mut content: impl Read + Send + 'a) -> Result<Self, Error> {
         let mut head = Vec::new();
         content.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(Error::read(path))?;
-        Ok(Self { path, head, rest: Box::new(content), hash: Sha256::new() })
+        Ok(Self { path, head, rest: Box::new(content), hash: Sha256::new(), length: None })
+    }
+
+    /// How many bytes it has, if that is known before it is read.
+    #[must_use]
+    pub fn length(&self) -> Option<u64> {
+        self.length
     }
 
     /// Its first bytes, at most `most` of them.
@@ -48,23 +61,56 @@ impl<'a> File<'a> {
 
     /// All of it, without a byte-order mark.
     ///
+    /// What cannot be text ends the reading where it stands: a file that is no text is not read to its end.
+    ///
     /// # Errors
-    /// [`Error::Malformed`] at the first byte that is not UTF-8; [`Error::Io`].
+    /// [`Error::Malformed`] at the first byte that is not UTF-8, or zero; [`Error::Io`].
     pub fn text(&mut self) -> Result<String, Error> {
         let mut bytes = std::mem::take(&mut self.head);
-        self.rest.read_to_end(&mut bytes).map_err(Error::read(self.path))?;
+        let mut checked = 0;
+        loop {
+            let new = bytes.get(checked..).unwrap_or_default();
+            let (valid, stray) = match std::str::from_utf8(new) {
+                Ok(_) => (new.len(), false),
+                // A character that the piece ends in may go on in the next.
+                Err(error) => (error.valid_up_to(), error.error_len().is_some()),
+            };
+            let zero = new.iter().take(valid).position(|byte| *byte == 0);
+            if stray || zero.is_some() {
+                return Err(self.no_text(&bytes, checked + zero.unwrap_or(valid)));
+            }
+            checked += valid;
+            let before = bytes.len();
+            let piece = self.rest.by_ref().take(TEXT_PIECE).read_to_end(&mut bytes);
+            piece.map_err(Error::read(self.path))?;
+            if bytes.len() == before {
+                break;
+            }
+        }
         self.hash.update(&bytes);
         let text = String::from_utf8(bytes).map_err(|error| {
             let at = error.utf8_error().valid_up_to();
-            let line = error.as_bytes().iter().take(at).filter(|b| **b == b'\n').count() + 1;
-            let found = format!("a stray byte at offset {at}");
-            Error::malformed(self.path, line_place(line), "text in UTF-8", found)
+            self.no_text(error.as_bytes(), at)
         })?;
         Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
     }
 
+    /// The error for a byte that no text has.
+    fn no_text(&self, bytes: &[u8], at: usize) -> Error {
+        let line = bytes.iter().take(at).filter(|byte| **byte == b'\n').count() + 1;
+        let found = if is_utf16(bytes) {
+            "text in UTF-16".to_owned()
+        } else if bytes.get(at) == Some(&0) {
+            format!("a zero byte at offset {at}")
+        } else {
+            format!("a stray byte at offset {at}")
+        };
+        Error::malformed(self.path, line_place(line), "text in UTF-8", found)
+    }
+
     /// Hands what follows the first `offset` bytes to `take`, `piece` words of 64 bits at a time as they stand
     /// in the file, and returns how many bytes the file has. What is left of a word at the end is not handed on.
+    /// At most one byte more than `most` is read: that tells that the file is longer.
     ///
     /// Each piece is hashed while it is taken and the next is read, so that no copy of the file is made.
     ///
@@ -74,15 +120,18 @@ impl<'a> File<'a> {
         &mut self,
         offset: usize,
         piece: usize,
+        most: u64,
         mut take: impl FnMut(&[u64]) + Send,
     ) -> Result<u64, Error> {
-        let Self { path, head, rest, hash } = self;
+        let Self { path, head, rest, hash, .. } = self;
         let (before, begun) = head.split_at_checked(offset).unwrap_or((head, &[]));
         hash.update(before);
-        let mut source = begun.chain(rest);
         let mut length = count(before.len());
-        let (mut current, mut next) = (vec![0; piece], vec![0; piece]);
+        let mut source = begun.chain(rest).take(most.saturating_add(1).saturating_sub(length));
+        let mut current = vec![0; piece];
         let mut filled = fill(&mut source, &mut current).map_err(Error::read(path))?;
+        // A piece that is not full is the last.
+        let mut next = vec![0; if filled < size_of_val(current.as_slice()) { 0 } else { piece }];
         while filled > 0 {
             length += count(filled);
             let ((), read) = rayon::join(
@@ -111,6 +160,11 @@ impl<'a> File<'a> {
 
 fn count(bytes: usize) -> u64 {
     u64::try_from(bytes).unwrap_or(u64::MAX)
+}
+
+/// Whether bytes begin as a text in UTF-16 does, with its byte-order mark.
+pub(super) fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])
 }
 
 /// Reads until `words` are full or the source is at its end; returns how many bytes there were.

@@ -10,6 +10,7 @@ use crate::error::{Error, Place};
 use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::measurement::{Channel, Measurement, Source};
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -54,19 +55,31 @@ fn read(file: &mut File<'_>, options: &ReadOptions) -> Result<Measurement, Error
         let found = dimensions.map(|n| n.to_string()).join(" x ");
         return Err(wrong(Place::Byte(0), expected_header, found));
     }
+    let file_bytes = u64::try_from(FILE_BYTES).unwrap_or(u64::MAX);
+    let check = |bytes: u64, more: &str| {
+        let problem = match bytes.cmp(&file_bytes) {
+            Ordering::Equal => return Ok(()),
+            Ordering::Less => "truncated",
+            Ordering::Greater => "too long",
+        };
+        let expected = format!("{FILE_BYTES} bytes in all");
+        Err(wrong(Place::Byte(bytes.min(file_bytes)), expected, format!("{bytes}{more} ({problem})")))
+    };
+    // Where the size is known, a file of another is not read.
+    file.length().map_or(Ok(()), |bytes| check(bytes, ""))?;
     let grid = match options.merl_bins {
         BinPosition::Center => HalfDifferenceGrid::merl_centers(),
         BinPosition::Edge => HalfDifferenceGrid::merl_edges(),
     };
-    let mut table = Table::new(grid.above_horizon());
-    let bytes = file.words(HEADER_BYTES, PIECE, |words| table.take(words))?;
-    let file_bytes = u64::try_from(FILE_BYTES).unwrap_or(u64::MAX);
-    if bytes != file_bytes {
-        let problem = if bytes < file_bytes { "truncated" } else { "too long" };
-        let expected = format!("{FILE_BYTES} bytes in all");
-        return Err(wrong(Place::Byte(bytes.min(file_bytes)), expected, format!("{bytes} ({problem})")));
-    }
-    let (cells, values, dropped) = table.finish();
+    // Room for the numbers is made once a whole piece of them is there, not on the header's word.
+    let mut table = None;
+    let bytes = file.words(HEADER_BYTES, PIECE, file_bytes, |words| {
+        if words.len() == PIECE {
+            table.get_or_insert_with(|| Table::new(grid.above_horizon())).take(words);
+        }
+    })?;
+    check(bytes, if bytes > file_bytes { " or more" } else { "" })?;
+    let (cells, values, dropped) = table.unwrap_or_else(|| Table::new(grid.above_horizon())).finish();
     Ok(Measurement {
         source: Source::default(),
         channels: ["r", "g", "b"].map(Channel::named).to_vec(),
@@ -130,7 +143,8 @@ impl<'g> Table<'g> {
 
     /// Takes the next numbers, all of one plane. There is no place for any beyond the last plane.
     fn take(&mut self, words: &[u64]) {
-        let (plane, cell) = (self.taken / HalfDifferenceGrid::CELLS, self.taken % HalfDifferenceGrid::CELLS);
+        let cells = self.above.len().max(1);
+        let (plane, cell) = (self.taken / cells, self.taken % cells);
         self.taken += words.len();
         let (Some(plane), Some(scale)) = (self.values.get_mut(plane), SCALES.get(plane)) else { return };
         let above = self.above.get(cell..).unwrap_or_default();
@@ -213,4 +227,77 @@ pub fn encode(path: &Path, value: impl Fn(u32) -> Option<[f64; 3]>) -> Result<Ve
     }
     let dimensions = [90_i32, 90, 180].map(i32::to_le_bytes).concat();
     Ok([dimensions, planes.concat()].concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    /// Cells of a small table: some rows, the last cut short.
+    const CELLS: usize = 3 * ROW + 7;
+
+    /// Numbers of every kind, of which `odd` in 64 are not usable.
+    fn number(rng: &mut Pcg64Mcg, odd: u64) -> f64 {
+        if rng.random::<u64>() % 64 >= odd {
+            return rng.random::<f64>();
+        }
+        match rng.random::<u64>() % 8 {
+            0 => -1.0,
+            1 => f64::NAN,
+            2 => f64::INFINITY,
+            3 => f64::NEG_INFINITY,
+            4 => -0.0,
+            5 => f64::MAX,
+            _ => f64::from_bits(rng.random()),
+        }
+    }
+
+    /// What the head of this file says, cell by cell.
+    fn plainly(
+        above: &[bool],
+        planes: &[Vec<f64>],
+    ) -> (Vec<u32>, Vec<Vec<f64>>, BTreeMap<&'static str, usize>) {
+        let (mut cells, mut values, mut dropped) = (Vec::new(), vec![Vec::new(); 3], BTreeMap::new());
+        for (cell, above) in (0_u32..).zip(above) {
+            let stored: Vec<f64> = planes.iter().map(|plane| plane[cell as usize]).collect();
+            let reason = if stored.iter().any(|v| *v < 0.0) {
+                "not-measured"
+            } else if stored.iter().any(|v| !v.is_finite()) {
+                "not-finite"
+            } else if !above {
+                "below-horizon"
+            } else {
+                cells.push(cell);
+                for ((row, v), scale) in values.iter_mut().zip(stored).zip(SCALES) {
+                    row.push(v * scale);
+                }
+                continue;
+            };
+            *dropped.entry(reason).or_default() += 1;
+        }
+        (cells, values, dropped)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// PROPTEST_CASES says how many; docs/fuzzing.md how many there once were.
+        #[test]
+        fn small_tables_in_pieces(seed in any::<u64>(), odd in 0_u64..20, low in 0_u64..3, rows in 1_usize..4) {
+            let mut rng = Pcg64Mcg::seed_from_u64(seed);
+            let above: Vec<bool> = (0..CELLS).map(|_| rng.random::<u64>() % 256 >= low).collect();
+            let planes: Vec<Vec<f64>> = (0..3).map(|_| (0..CELLS).map(|_| number(&mut rng, odd)).collect()).collect();
+            let mut table = Table::new(&above);
+            for plane in &planes {
+                let words: Vec<u64> = plane.iter().map(|v| v.to_bits().to_le()).collect();
+                words.chunks(rows * ROW).for_each(|piece| table.take(piece));
+            }
+            // Nothing has a place beyond the last plane.
+            table.take(&[0; ROW]);
+            prop_assert_eq!(table.finish(), plainly(&above, &planes));
+        }
+    }
 }

@@ -11,7 +11,7 @@ mod table;
 pub use file::File;
 
 use super::{Measurement, Source};
-use crate::error::{Error, Place, excerpt};
+use crate::error::{Error, Place, excerpt, short};
 use crate::geometry::Pair;
 use std::path::Path;
 
@@ -63,14 +63,26 @@ pub const REGISTRY: &[Format] = &[merl::FORMAT, cornell::FORMAT, table::FORMAT];
 /// # Errors
 /// [`Error::Io`], [`Error::Malformed`] or, for an unknown format name, [`Error::Usage`].
 pub fn read(path: &Path, format: Option<&str>, options: &ReadOptions) -> Result<Measurement, Error> {
-    let chosen = format.map(named).transpose()?;
-    let mut file = File::open(path)?;
-    let format = match chosen {
-        Some(format) => format,
+    // A wrong name is told before the file is looked at.
+    format.map(named).transpose()?;
+    read_file(File::open(path)?, format, options)
+}
+
+/// Reads a measurement from a file that is open, or from memory: like [`read`].
+///
+/// # Errors
+/// Like [`read`].
+pub fn read_file(
+    mut file: File<'_>,
+    format: Option<&str>,
+    options: &ReadOptions,
+) -> Result<Measurement, Error> {
+    let format = match format {
+        Some(name) => named(name)?,
         None => recognise(&file)?,
     };
     let mut measurement = (format.read)(&mut file, options)?;
-    measurement.source = Source { path: path.to_owned(), format: format.name, sha256: file.sha256() };
+    measurement.source = Source { path: file.path.to_owned(), format: format.name, sha256: file.sha256() };
     Ok(measurement)
 }
 
@@ -79,7 +91,14 @@ pub fn read(path: &Path, format: Option<&str>, options: &ReadOptions) -> Result<
 /// # Errors
 /// Like [`read`].
 pub fn read_directions(path: &Path, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
-    let mut file = File::open(path)?;
+    directions_of(File::open(path)?, options)
+}
+
+/// The directions of a file that is open, or of one in memory: like [`read_directions`].
+///
+/// # Errors
+/// Like [`read`].
+pub fn directions_of(mut file: File<'_>, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
     let format = recognise(&file)?;
     if format.name == table::FORMAT.name {
         return table::directions(&mut file);
@@ -96,7 +115,7 @@ pub fn read_directions(path: &Path, options: &ReadOptions) -> Result<Vec<Pair>, 
 pub fn named(name: &str) -> Result<&'static Format, Error> {
     REGISTRY.iter().find(|format| format.name == name).ok_or_else(|| {
         let names: Vec<&str> = REGISTRY.iter().map(|format| format.name).collect();
-        Error::Usage(format!("--format: expected {}, found '{name}'", names.join("|")))
+        Error::Usage(format!("--format: expected {}, found {}", names.join("|"), excerpt(name)))
     })
 }
 
@@ -114,10 +133,13 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
     best.map(|(_, format)| format).ok_or_else(|| {
         let summaries: Vec<&str> = REGISTRY.iter().map(|format| format.summary).collect();
         let head = file.head(4096);
-        let found = if head.contains(&0) {
+        let found = if file::is_utf16(head) {
+            "text in UTF-16".to_owned()
+        } else if head.contains(&0) {
             "other binary data".to_owned()
         } else {
             let first = String::from_utf8_lossy(head);
+            let first = first.trim_start_matches('\u{feff}');
             let content =
                 first.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
             content
@@ -139,7 +161,10 @@ fn line_place(line: usize) -> Place {
 fn finite(file: &File<'_>, place: Place, what: &str, token: &str) -> Result<f64, Error> {
     match token.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(Error::malformed(file.path, place, format!("a finite number for {what}"), excerpt(token))),
+        _ => {
+            let expected = format!("a finite number for {}", short(what));
+            Err(Error::malformed(file.path, place, expected, excerpt(token)))
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 //! one column per channel named freely, and optionally `sigma` (for all channels) or `sigma_<channel>`.
 
 use super::{Confidence, File, Format, ReadOptions, finite, polar_angle};
-use crate::error::{Error, Place, excerpt};
+use crate::error::{Error, Place, excerpt, short};
 use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::csv_table::{ANGLES, Columns, records};
 use crate::measurement::{Measurement, Source};
@@ -108,16 +108,22 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         pairs.push(pair(file, place, fields, &columns.angles)?);
         values.resize(columns.channels.len(), Vec::new());
         sigma.resize(columns.channels.len(), Vec::new());
-        for (((row, deviations), channel), &column) in
-            values.iter_mut().zip(&mut sigma).zip(&columns.channels).zip(&columns.values)
+        let of_channel = columns.channels.iter().zip(&columns.values).zip(&columns.sigma);
+        for ((row, deviations), ((channel, &column), &of_sigma)) in
+            values.iter_mut().zip(&mut sigma).zip(of_channel)
         {
             row.push(number(file, place, fields, column, &channel.name)?);
-            let Some(column) = columns.sigma_of(&channel.name) else { continue };
+            let Some(column) = of_sigma else { continue };
             let what = format!("sigma of {}", channel.name);
             let deviation = number(file, place, fields, column, &what)?;
             if deviation < 0.0 {
                 let found = excerpt(fields.get(column).unwrap_or_default());
-                return Err(Error::malformed(file.path, place, format!("{what} of 0 or more"), found));
+                return Err(Error::malformed(
+                    file.path,
+                    place,
+                    format!("{} of 0 or more", short(&what)),
+                    found,
+                ));
             }
             deviations.push(deviation);
         }

@@ -1,0 +1,331 @@
+//! What must hold of every reader whatever it is given, for the fuzz targets in fuzz/ and for properties.rs.
+//!
+//! Each function takes the bytes of one case and panics where a promise is broken: a reader may refuse, in one
+//! line that says where, or read something that makes sense; and what it reads it must read again from what is
+//! written of it.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+use brdfit::Error;
+use brdfit::drawdown::{self, Drawdown, Record, Surface};
+use brdfit::fit::{Options, ParameterTable, evaluate};
+use brdfit::measurement::Measurement;
+use brdfit::measurement::formats::{BinPosition, File, ReadOptions, directions_of, read_file};
+use brdfit::model::Expression;
+use brdfit::report::{Circumstances, OptionRecord, Report, Times, table, warnings};
+use brdfit::synthetic::csv as write_csv;
+use clap::Parser;
+use serde_json::Value;
+use std::path::Path;
+
+// The command line's own reading of `--fix P=V` and the like: it is not in the library.
+#[path = "../../src/cli/settings.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod settings;
+
+/// A target: its name, which is that of its corpus, and what it does with a case.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// Every target.
+#[allow(dead_code)]
+pub const TARGETS: &[Target] = &[
+    ("csv", csv),
+    ("cornell", cornell),
+    ("merl", merl),
+    ("measurement", measurement),
+    ("directions", directions),
+    ("drawdown", drawdown),
+    ("drawdown_fit", drawdown_fit),
+    ("expression", expression),
+    ("settings", settings),
+    ("report", report),
+];
+
+/// What the file of a case is called.
+const NAME: &str = "input";
+
+/// A file with these bytes.
+fn file(bytes: &[u8]) -> File<'_> {
+    File::new(Path::new(NAME), bytes).expect("memory can be read")
+}
+
+/// The longest message: an enumeration of the models and what was found.
+const LONGEST_MESSAGE: usize = 2000;
+
+/// An error message is one line of reasonable length without control characters.
+fn check_message(message: &str) {
+    assert!(!message.contains(char::is_control), "control characters in {message:?}");
+    assert!((10..LONGEST_MESSAGE).contains(&message.len()), "{} bytes: {message:?}", message.len());
+}
+
+/// A refusal names the file, and what was expected and found, or what became of the samples.
+fn check_refusal(error: &Error) {
+    let message = error.to_string();
+    check_message(&message);
+    assert!(message.starts_with(NAME), "no file in {message:?}");
+    match error {
+        Error::Malformed { expected, found, .. } => {
+            assert!(!expected.is_empty() && !found.is_empty(), "{message:?}");
+        }
+        Error::NoSamples { .. } => {}
+        Error::Io { .. } | Error::Usage(_) | Error::Optimiser(_) => panic!("not about the file: {message:?}"),
+    }
+}
+
+/// A measurement has the shape that its type promises, and finite content.
+fn check_measurement(m: &Measurement) {
+    let samples = m.directions.len();
+    assert!(!m.channels.is_empty());
+    assert_eq!(m.values.len(), m.channels.len());
+    assert!(m.values.iter().all(|row| row.len() == samples && row.iter().all(|f| f.is_finite())));
+    if let Some(sigma) = &m.sigma {
+        assert_eq!(sigma.len(), m.channels.len());
+        let valid = |row: &Vec<f64>| row.len() == samples && row.iter().all(|s| s.is_finite() && *s >= 0.0);
+        assert!(sigma.iter().all(valid));
+    }
+    for (index, channel) in m.channels.iter().enumerate() {
+        assert!(!channel.name.is_empty() && !channel.name.contains(char::is_control), "{channel:?}");
+        assert!(channel.wavelength_nm.is_none_or(|nm| nm.is_finite() && nm > 0.0), "{channel:?}");
+        assert!(m.channels[..index].iter().all(|earlier| earlier.name != channel.name), "{channel:?} twice");
+    }
+    for g in m.directions.iter() {
+        check_direction(g.wi);
+        check_direction(g.wo);
+    }
+    assert_eq!(m.source.sha256.len(), 64);
+}
+
+/// A direction has length 1 and is above the horizon, to the slack that the readers give.
+fn check_direction(w: [f64; 3]) {
+    let length = w.iter().map(|x| x * x).sum::<f64>().sqrt();
+    assert!((length - 1.0).abs() < 1e-9 && w[2] > -1.1e-5, "{w:?}");
+}
+
+fn read(bytes: &[u8], format: Option<&str>) -> Option<Measurement> {
+    match read_file(file(bytes), format, &ReadOptions::default()) {
+        Ok(m) => {
+            check_measurement(&m);
+            Some(m)
+        }
+        Err(error) => {
+            check_refusal(&error);
+            None
+        }
+    }
+}
+
+/// What is read can be written as CSV and read again: the same channels, numbers and directions.
+fn check_round_trip(m: &Measurement) {
+    // A direction in the slack below the horizon may leave it in rounding.
+    if m.directions.is_empty() || m.directions.iter().any(|g| g.wi[2].min(g.wo[2]) < -0.9e-5) {
+        return;
+    }
+    let text = write_csv(m, &["a comment".to_owned()]).expect("finite numbers can be written");
+    let again = read_file(file(text.as_bytes()), Some("csv"), &ReadOptions::default())
+        .unwrap_or_else(|error| panic!("not read again: {error}\n{text}"));
+    assert_eq!(again.channels, m.channels);
+    assert_eq!(again.values, m.values);
+    assert_eq!(again.sigma, m.sigma);
+    let components =
+        |m: &Measurement| -> Vec<f64> { m.directions.iter().flat_map(|g| [g.wi, g.wo].concat()).collect() };
+    for (a, b) in components(&again).into_iter().zip(components(m)) {
+        assert!((a - b).abs() < 1e-9, "{a} {b}\n{text}");
+    }
+}
+
+/// The project's own CSV.
+pub fn csv(bytes: &[u8]) {
+    if let Some(m) = read(bytes, Some("csv")) {
+        check_round_trip(&m);
+    }
+}
+
+/// Cornell's text tables.
+pub fn cornell(bytes: &[u8]) {
+    if let Some(m) = read(bytes, Some("cornell")) {
+        assert!(m.channels.iter().all(|channel| channel.wavelength_nm.is_some()));
+        check_round_trip(&m);
+    }
+}
+
+/// MERL tables. No case is as long as one, so all must be refused; the cells are tested beside their reader.
+pub fn merl(bytes: &[u8]) {
+    for merl_bins in [BinPosition::Center, BinPosition::Edge] {
+        let error = read_file(file(bytes), Some("merl"), &ReadOptions { merl_bins });
+        check_refusal(&error.expect_err("shorter than a table"));
+    }
+}
+
+/// A measurement in the format that its content shows, which is that of the format by name.
+pub fn measurement(bytes: &[u8]) {
+    if let Some(m) = read(bytes, None) {
+        let again = read(bytes, Some(m.source.format)).expect("the format that was recognised");
+        assert_eq!((again.values, again.channels), (m.values, m.channels));
+    }
+}
+
+/// The directions of any file, as for `synth --at`.
+pub fn directions(bytes: &[u8]) {
+    match directions_of(file(bytes), &ReadOptions::default()) {
+        Ok(pairs) => {
+            for pair in pairs {
+                check_direction(pair.wi.into());
+                check_direction(pair.wo.into());
+            }
+        }
+        Err(error) => check_refusal(&error),
+    }
+}
+
+/// Reads a drawdown and checks it.
+fn read_drawdown(bytes: &[u8], thickness: Option<f64>) -> Option<Drawdown> {
+    let drawdown = match drawdown::read_file(file(bytes), thickness) {
+        Ok(drawdown) => drawdown,
+        // A thickness that is given twice is the user's mistake, not the file's.
+        Err(Error::Usage(message)) if thickness.is_some() => {
+            check_message(&message);
+            return None;
+        }
+        Err(error) => {
+            check_refusal(&error);
+            return None;
+        }
+    };
+    assert!(!drawdown.series.is_empty() && drawdown.rows > 0);
+    for series in &drawdown.series {
+        assert!(!series.patches.is_empty());
+        for patch in &series.patches {
+            assert!(patch.thickness > 0.0, "{patch:?}");
+            assert!((0.0..=1.0).contains(&patch.background), "{patch:?}");
+            assert!((0.0..=1.0).contains(&patch.reflectance), "{patch:?}");
+            assert!(patch.sigma.is_none_or(|s| s > 0.0 && s.is_finite()), "{patch:?}");
+        }
+    }
+    Some(drawdown)
+}
+
+/// Reflectances over backings.
+pub fn drawdown(bytes: &[u8]) {
+    for thickness in [None, Some(0.1)] {
+        read_drawdown(bytes, thickness);
+    }
+}
+
+/// What is made of a few reflectances over backings.
+pub fn drawdown_fit(bytes: &[u8]) {
+    let Some(drawdown) = read_drawdown(bytes, None) else { return };
+    if drawdown.series.len() > 2 || drawdown.rows > 6 {
+        return;
+    }
+    match drawdown::fit(&drawdown, Surface::default()) {
+        Ok(fitted) => {
+            let record = Record::new(&drawdown, &fitted, Surface::default(), None, None);
+            check_json(&serde_json::to_string_pretty(&record).expect("a record can be written"));
+            check_lines(&drawdown::text(&record, drawdown.thickness_known));
+            record.warnings().iter().for_each(|text| check_message(text));
+        }
+        Err(error) => check_message(&error.to_string()),
+    }
+}
+
+/// A text that is shown has no control characters but line ends.
+fn check_lines(text: &str) {
+    assert!(!text.contains(|c: char| c.is_control() && c != '\n'), "{text:?}");
+}
+
+/// What was written is JSON.
+fn check_json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// A sum of models: what is understood is understood again when written out, and means the same.
+pub fn expression(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    match Expression::parse(text) {
+        Ok(expression) => {
+            let canonical = expression.canonical();
+            let again = Expression::parse(&canonical).expect("the canonical form");
+            assert_eq!(again.canonical(), canonical);
+            let names =
+                |e: &Expression| -> Vec<String> { e.lobes().iter().map(|l| l.name.clone()).collect() };
+            assert_eq!(names(&again), names(&expression));
+            let mut distinct = names(&expression);
+            distinct.sort_unstable();
+            distinct.dedup();
+            assert_eq!(distinct.len(), expression.lobes().len());
+        }
+        Err(error) => check_message(&error.to_string()),
+    }
+}
+
+#[derive(Parser)]
+#[command(allow_negative_numbers = true)]
+struct Arguments {
+    #[command(flatten)]
+    settings: settings::SettingArguments,
+}
+
+/// Wishes about parameters. The first line is the model, the second the channels; each further line is an option
+/// and its value: `--fix m=0.2`.
+pub fn settings(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let mut lines = text.split('\n');
+    let (model, channels) = (lines.next().unwrap_or_default(), lines.next().unwrap_or_default());
+    let Ok(expression) = Expression::parse(model) else { return };
+    let channels: Vec<String> = channels.split_whitespace().map(str::to_owned).collect();
+    // No reader gives a channel such a name.
+    let unreadable = channels.iter().any(|channel| channel.contains(char::is_control));
+    if channels.is_empty() || channels.len() > 8 || expression.lobes().len() > 8 || unreadable {
+        return;
+    }
+    let words = lines.flat_map(|line| line.splitn(2, ' ')).map(str::to_owned);
+    let Ok(arguments) = Arguments::try_parse_from(std::iter::once("fuzz".to_owned()).chain(words)) else {
+        return;
+    };
+    arguments.settings.as_given();
+    let built = arguments
+        .settings
+        .settings()
+        .and_then(|settings| ParameterTable::new(&expression, &channels, false, &settings));
+    match built {
+        Ok(table) => {
+            for row in table.rows() {
+                let (low, high) = row.bounds;
+                assert!(low <= high && low.is_finite() && high.is_finite(), "{row:?}");
+                assert!((low..=high).contains(&row.value), "{row:?}");
+            }
+        }
+        Err(error) => check_message(&error.to_string()),
+    }
+}
+
+/// A measurement that is evaluated and reported: the report is JSON that says the same as the report in memory.
+pub fn report(bytes: &[u8]) {
+    let Some(m) = read(bytes, None) else { return };
+    if m.directions.len() > 200 || m.channels.len() > 8 {
+        return;
+    }
+    let expression = Expression::parse("lambert").expect("a model");
+    let options = Options::default();
+    let fit = match evaluate(&m, &expression, &options) {
+        Ok(fit) => fit,
+        Err(error) => return check_message(&error.to_string()),
+    };
+    let circumstances = Circumstances {
+        metric: options.metric,
+        max_theta_deg: options.filters.max_theta_deg,
+        options: OptionRecord::default(),
+        times: Times::default(),
+        fitted: false,
+    };
+    let report = Report::new(&m, &expression, &fit, &circumstances);
+    let written = check_json(&serde_json::to_string_pretty(&report).expect("a report can be written"));
+    assert_eq!(written["data"]["channels"].as_array().map(Vec::len), Some(m.channels.len()));
+    assert_eq!(written["data"]["samples"].as_u64(), u64::try_from(m.total()).ok());
+    for (name, channel) in written["data"]["channels"].as_array().into_iter().flatten().zip(&m.channels) {
+        assert_eq!(name.as_str(), Some(channel.name.as_str()));
+        assert!(written["errors_by_channel"][channel.name.as_str()].is_object(), "{written}");
+    }
+    check_lines(&table(&report));
+    warnings(&report).iter().for_each(|text| check_message(text));
+}
