@@ -8,7 +8,7 @@ mod physics;
 mod quadrature;
 mod text;
 
-pub use measured::{MeasuredChannel, MeasurementHealth, MeasuredAlbedo, Negative, measurement};
+pub use measured::{MeasuredAlbedo, MeasuredChannel, MeasurementHealth, Negative, measurement};
 pub use numerics::{Digits, Kept, LeastKept, Unfinished};
 pub use physics::{Albedo, Extreme, INCIDENCES_DEG, Reciprocity};
 pub use quadrature::{Integral, Quadrature, directional_albedo};
@@ -210,14 +210,23 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
         if channel.reciprocity.not_finite > 0 || channel.extremes.values > 0 {
             let place = channel.extremes.first.clone().unwrap_or_default();
             let count = channel.reciprocity.not_finite + channel.extremes.values;
-            add("not-finite", true, format!("{count} values of f are no finite numbers {place}").trim_end().to_owned());
+            add(
+                "not-finite",
+                true,
+                format!("{count} values of f are no finite numbers {place}").trim_end().to_owned(),
+            );
         }
         let r = &channel.reciprocity;
         if r.largest > RECIPROCITY_LIMIT {
             let at = written(&r.at_deg);
-            add("not-reciprocal", true, format!(
-                "f changes by up to {:.2e} of its value when light and viewer are exchanged, at {at} deg", r.largest
-            ));
+            add(
+                "not-reciprocal",
+                true,
+                format!(
+                    "f changes by up to {:.2e} of its value when light and viewer are exchanged, at {at} deg",
+                    r.largest
+                ),
+            );
         }
         if channel.least.value < 0.0 {
             let at = written(&channel.least.at_deg);
@@ -226,22 +235,32 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
         if let (Some(value), Some(error)) = (channel.furnace.value, channel.furnace.error) {
             let theta = written(&[channel.furnace.theta_i_deg]);
             if value - error > 1.0 + ALBEDO_SLACK {
-                add("gains-energy", true, format!(
-                    "of light from {theta} deg it reflects {value:.6} +/- {error:.1e}, more than arrives"
-                ));
+                add(
+                    "gains-energy",
+                    true,
+                    format!(
+                        "of light from {theta} deg it reflects {value:.6} +/- {error:.1e}, more than arrives"
+                    ),
+                );
             } else if value + error > 1.0 + ALBEDO_SLACK && error > ALBEDO_SLACK {
-                add("unresolved", false, format!(
-                    "the quadrature cannot tell whether {value:.6} +/- {error:.1e}, reflected from {theta} deg, is more than arrives"
-                ));
+                add(
+                    "unresolved",
+                    false,
+                    format!(
+                        "the quadrature cannot tell whether {value:.6} +/- {error:.1e}, reflected from {theta} deg, is more than arrives"
+                    ),
+                );
             }
         } else {
             add("not-finite", true, "an albedo is no finite number".to_owned());
         }
         if channel.extremes.derivatives > 0 {
             let place = channel.extremes.first.clone().unwrap_or_default();
-            add("derivative-not-finite", false, format!(
-                "{} derivatives are no finite numbers {place}", channel.extremes.derivatives
-            ));
+            add(
+                "derivative-not-finite",
+                false,
+                format!("{} derivatives are no finite numbers {place}", channel.extremes.derivatives),
+            );
         }
         if let Some(least) = channel.digits.f64.least.as_ref().filter(|least| least.digits < FEW_DIGITS) {
             let at = written(&least.at_deg);

@@ -106,13 +106,7 @@ pub(super) fn at_bounds(expression: &Expression) -> Unfinished {
     found
 }
 
-fn count(
-    found: &mut Unfinished,
-    lobe: &crate::model::Lobe,
-    shapes: &[f64],
-    amplitudes: &[f64],
-    place: &str,
-) {
+fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], amplitudes: &[f64], place: &str) {
     let pairs = extremes();
     let mut block = Block::new();
     block.fill(pairs.iter().map(Pair::geometry));

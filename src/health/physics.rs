@@ -10,8 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 /// Angles of incidence at which albedos are integrated, degrees.
-pub const INCIDENCES_DEG: [f64; 12] =
-    [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0, 89.9];
+pub const INCIDENCES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0, 89.9];
 /// Azimuths of the light for anisotropic models, degrees.
 const AZIMUTHS_DEG: [f64; 3] = [0.0, 45.0, 90.0];
 /// Directions reach so far, degrees.
@@ -75,7 +74,8 @@ pub(super) fn compare(
     let back = expression.values(&Directions::Scattered(swapped), parameters);
     let channel = |(there, back): (&Vec<f64>, &Vec<f64>)| {
         let nowhere = [0.0; 4];
-        let mut reciprocity = Reciprocity { largest: 0.0, at_deg: nowhere, pairs: pairs.len(), not_finite: 0 };
+        let mut reciprocity =
+            Reciprocity { largest: 0.0, at_deg: nowhere, pairs: pairs.len(), not_finite: 0 };
         let mut least = Extreme { value: f64::INFINITY, at_deg: nowhere };
         for ((a, b), pair) in there.iter().zip(back).zip(pairs) {
             if !(a.is_finite() && b.is_finite()) {
@@ -122,11 +122,8 @@ pub(super) fn albedos(
     effort: &Effort,
 ) -> Vec<Vec<Albedo>> {
     let azimuths = if anisotropic { AZIMUTHS_DEG.as_slice() } else { &[0.0] };
-    let lights: Vec<(f64, f64)> = effort
-        .incidences_deg
-        .iter()
-        .flat_map(|theta| azimuths.iter().map(|phi| (*theta, *phi)))
-        .collect();
+    let lights: Vec<(f64, f64)> =
+        effort.incidences_deg.iter().flat_map(|theta| azimuths.iter().map(|phi| (*theta, *phi))).collect();
     let found: Vec<_> = lights
         .par_iter()
         .map(|(theta, phi)| {
@@ -138,7 +135,12 @@ pub(super) fn albedos(
     let of_channel = |channel: usize| {
         let each = lights.iter().zip(&found).filter_map(|(&(theta_i_deg, phi_i_deg), integrals)| {
             let integral = integrals.get(channel)?;
-            Some(Albedo { theta_i_deg, phi_i_deg, value: finite(integral.value), error: finite(integral.error) })
+            Some(Albedo {
+                theta_i_deg,
+                phi_i_deg,
+                value: finite(integral.value),
+                error: finite(integral.error),
+            })
         });
         each.collect()
     };
