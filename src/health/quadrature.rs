@@ -1,7 +1,7 @@
 //! Directional albedo, int f cos(theta_o) dwo, by adaptive quadrature with an estimate of its error.
 //!
 //! The hemisphere of viewers is cut into cells of theta and phi whose size shrinks with the distance from where a lobe can
-//! be sharp: the mirror direction, the way back to the light, and the largest value found anywhere else. So a lobe of any
+//! be sharp: the mirror direction and the way back to the light. So a lobe of any
 //! width from 1e-4 on is met by cells of its own size. Each cell is integrated by the product of two Kronrod rules with 15
 //! points; what the Gauss rules with 7 of them say otherwise is its error (Piessens et al. 1983, QUADPACK, qk15). Where the sum of
 //! errors is too large, cells that share in it are halved across their longer side, round by round.
@@ -132,14 +132,8 @@ pub fn directional_albedo(
     quadrature: &Quadrature,
 ) -> Vec<Integral> {
     let integrate = |cells: &[Cell]| integrate(expression, parameters, wi, cells);
-    let mut seeds = vec![DVec3::new(-wi.x, -wi.y, wi.z), wi];
-    let (mut done, (largest, peak)) = integrate(&mesh(wi, &seeds, anisotropic));
-    // A lobe elsewhere, as Lafortune's may be: far above the mean, and away from what the mesh has looked at.
-    let mean = sums(&done, parameters.len()).iter().map(|sum| sum.value).fold(0.0, f64::max) / PI;
-    if largest > 10.0 * mean && seeds.iter().all(|seed| seed.distance(peak) > ALONG_RIDGES) {
-        seeds.push(climb(expression, parameters, wi, peak));
-        done = integrate(&mesh(wi, &seeds, anisotropic)).0;
-    }
+    let seeds = [DVec3::new(-wi.x, -wi.y, wi.z), wi];
+    let mut done = integrate(&mesh(wi, &seeds, anisotropic));
     loop {
         let sums = sums(&done, parameters.len());
         let allowed: Vec<f64> =
@@ -159,7 +153,7 @@ pub fn directional_albedo(
         if halves.is_empty() {
             return sums;
         }
-        done.extend(integrate(&halves).0);
+        done.extend(integrate(&halves));
     }
 }
 
@@ -197,29 +191,21 @@ fn mesh(wi: DVec3, seeds: &[DVec3], anisotropic: bool) -> Vec<Cell> {
     cells
 }
 
-/// The integral over each cell, and the largest f cos(theta_o) met and where.
+/// The integral over each cell.
 fn integrate(
     expression: &Expression,
     parameters: &[Vec<(Vec<f64>, Vec<f64>)>],
     wi: DVec3,
     cells: &[Cell],
-) -> (Vec<Done>, (f64, DVec3)) {
+) -> Vec<Done> {
     // So many cells at a time that their points fit in little memory.
     const AT_ONCE: usize = 256;
     let mut done = Vec::with_capacity(cells.len());
-    let mut largest = (0.0, wi);
     for cells in cells.chunks(AT_ONCE) {
         let points: Vec<(DVec3, f64, f64)> = cells.iter().flat_map(|cell| cell.points()).collect();
         let pairs = points.iter().map(|(wo, ..)| Pair { wi, wo: *wo }).collect();
         let values = expression.values(&Directions::Scattered(pairs), parameters);
-        let each = points.len() / cells.len().max(1);
-        for row in &values {
-            for ((wo, ..), f) in points.iter().zip(row) {
-                if f * wo.z > largest.0 {
-                    largest = (f * wo.z, *wo);
-                }
-            }
-        }
+        let each = points.len() / cells.len();
         for (index, (cell, points)) in cells.iter().zip(points.chunks(each)).enumerate() {
             let integral = |row: &Vec<f64>| {
                 let row = row.get(index * each..).unwrap_or_default();
@@ -232,36 +218,7 @@ fn integrate(
             done.push(Done { cell: *cell, integrals: values.iter().map(integral).collect() });
         }
     }
-    (done, largest)
-}
-
-/// The top of the lobe that `start` lies on, by steps in four directions that shrink where none leads up.
-fn climb(
-    expression: &Expression,
-    parameters: &[Vec<(Vec<f64>, Vec<f64>)>],
-    wi: DVec3,
-    start: DVec3,
-) -> DVec3 {
-    let mut top = start;
-    let mut step = ALONG_RIDGES;
-    while step > FINEST {
-        let (across, other) = top.any_orthonormal_pair();
-        let around = [DVec3::ZERO, across, -across, other, -other].map(|way| (top + way * step).normalize());
-        let pairs = around.iter().map(|wo| Pair { wi, wo: *wo }).collect();
-        let values = expression.values(&Directions::Scattered(pairs), parameters);
-        let height = |index: usize| values.iter().filter_map(|row| row.get(index)).sum::<f64>();
-        let mut best = (height(0), top);
-        for (index, wo) in around.iter().enumerate().skip(1) {
-            if height(index) > best.0 {
-                best = (height(index), *wo);
-            }
-        }
-        if best.1 == top {
-            step *= 0.5;
-        }
-        top = best.1;
-    }
-    top
+    done
 }
 
 #[cfg(test)]
