@@ -10,7 +10,7 @@ use crate::geometry::{Directions, Pair, direction};
 use crate::math::count;
 use crate::model::Expression;
 use glam::DVec3;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
@@ -224,6 +224,7 @@ fn integrate(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     /// The rules integrate polynomials of degree 22 and 13 exactly.
     #[test]
