@@ -1946,7 +1946,7 @@ fn check_tells_sound_from_unsound() {
         assert_eq!(json["sound"], code == 0, "{line}");
         let broken = json["findings"].as_array().unwrap().iter().filter(|f| f["breaks"] == true);
         let kinds: Vec<&str> = broken.map(|f| f["kind"].as_str().unwrap()).collect();
-        assert_eq!(kinds.iter().all(|k| *k == kind), true, "{line}: {kinds:?}");
+        assert!(kinds.iter().all(|k| *k == kind), "{line}: {kinds:?}");
         assert_eq!(kinds.is_empty(), code == 0, "{line}");
         let last = run.stdout.lines().last().unwrap();
         assert_eq!(last, if code == 0 { "sound" } else { "BREAKS PHYSICS" }, "{line}");
