@@ -5,6 +5,7 @@ pub mod drawdown;
 pub mod error;
 pub mod fit;
 pub mod geometry;
+pub mod health;
 pub mod math;
 pub mod measurement;
 pub mod model;

@@ -2,6 +2,7 @@
 //!
 //! To add a subcommand: copy the file of the one most like it, and add one line to `subcommands!` below.
 
+mod check;
 mod cost;
 mod evaluate;
 mod fit;
@@ -25,7 +26,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use std::io::Write as _;
 use std::process::ExitCode;
 
-/// Exit code of a fit that is not usable, or of several inputs some of which failed.
+/// Exit code of a fit that is not usable, of several inputs some of which failed, or of what breaks physics.
 const NOT_USABLE: u8 = 1;
 /// Exit code of bad usage or bad input.
 const BAD_INPUT: u8 = 2;
@@ -42,7 +43,7 @@ struct Arguments {
 enum Outcome {
     /// All is well.
     Good,
-    /// A fit is not usable, or some inputs of several failed.
+    /// A fit is not usable, some inputs of several failed, or what was checked breaks physics.
     NotUsable,
     /// Every input of several failed; each has had its line.
     NothingDone,
@@ -73,6 +74,8 @@ subcommands! {
     Models: models,
     /// Show what a file holds
     Info: info,
+    /// Check that a model or a measurement obeys physics, and how well a model computes
+    Check: check,
     /// Make a synthetic measurement
     Synth: synth,
     /// Find a paint's absorption and scattering from reflectances over known backings

@@ -137,7 +137,7 @@ fn write(path: &Path, make: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<O
 }
 
 /// The channels that the settings name; r, g, b on a MERL grid; one called f without any.
-fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error> {
+pub fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error> {
     let mut named: Vec<String> = Vec::new();
     for (selector, _) in settings {
         if let Some(channel) = selector.channel_if_any()

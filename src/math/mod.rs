@@ -1,15 +1,18 @@
-//! Numbers: the scalar trait that every formula is written in, dual numbers, elementary functions, quadrature.
+//! Numbers: the scalar trait that every formula is written in, dual numbers, wide ones, elementary functions,
+//! quadrature.
 
 mod dual;
 pub(crate) mod elementary;
 mod gamma;
 mod quadrature;
 mod scalar;
+mod wide;
 
 pub use dual::Dual;
 pub use gamma::ln_gamma;
 pub use quadrature::GaussLegendre;
 pub use scalar::{Real, Scalar};
+pub use wide::Wide;
 
 /// A count as a floating-point number.
 ///

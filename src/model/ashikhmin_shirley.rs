@@ -17,7 +17,8 @@
 //!
 //! At h = n the exponent is 0/0 in print; written as exp((nu hx^2 + nv hy^2) ln(c)/(1 - c^2)) it is 0,
 //! because ln(c)/(1 - c^2) tends to -1/2. At grazing f_s grows without bound, as 1/max(ci, co).
-//! Not energy conserving for small exponents at grazing; reciprocal.
+//! Reciprocal. With rd and rs of 0 and 1 no albedo above 1 was found up to 89.9 degrees for nu = nv, though f grows; other exponents have
+//! not been searched.
 
 use super::{Choices, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 use crate::geometry::Geometry;

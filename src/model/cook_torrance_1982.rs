@@ -19,7 +19,7 @@
 //! half vector's Jacobian wants a 4, and is missing in D': s is a quarter of the ks of
 //! `cook-torrance(d=beckmann, g=v-cavity, f=dielectric)`, and a surface with s = 1 reflects up to four times what it receives.
 //! With s free the rise towards grazing alone tells f0.
-//! Reciprocal; energy conserving for s <= 1/4 and kd = 0; finite at grazing; m -> 0 a mirror.
+//! Reciprocal; energy conserving for s <= 1/4 and kd = 0 (the largest albedo found up to 89.9 degrees is 3.998 s); finite at grazing; m -> 0 a mirror.
 
 use super::lambert::Lambert;
 use super::parts::distribution::Distribution;

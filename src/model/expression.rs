@@ -130,15 +130,28 @@ impl Expression {
     /// formula units. 0 where either direction is not above the horizon.
     #[must_use]
     pub fn value<T: Scalar>(&self, geometry: &Geometry<T::Real>, parameters: &[(Vec<T>, Vec<T>)]) -> T {
-        let zero = T::Real::from_real(T::constant(0.0).value());
-        let sum = self
-            .lobes
-            .iter()
-            .zip(parameters)
-            .map(|(lobe, (shapes, amplitudes))| lobe.model.value(geometry, shapes, amplitudes))
-            .fold(T::constant(0.0), |sum, f| sum + f);
-        let seen = T::if_less(zero, geometry.cos_o(), sum, T::constant(0.0));
-        T::if_less(zero, geometry.cos_i(), seen, T::constant(0.0))
+        let values = self.values_in(std::slice::from_ref(geometry), parameters);
+        values.first().copied().unwrap_or_else(|| T::constant(f64::NAN))
+    }
+
+    /// The BRDF at some pairs of directions, in any scalar: what [`Expression::value`] gives for each.
+    #[must_use]
+    pub fn values_in<T: Scalar>(
+        &self,
+        geometries: &[Geometry<T::Real>],
+        parameters: &[(Vec<T>, Vec<T>)],
+    ) -> Vec<T> {
+        let zero = T::constant(0.0);
+        let mut sums = vec![zero; geometries.len()];
+        for (lobe, (shapes, amplitudes)) in self.lobes.iter().zip(parameters) {
+            let values = lobe.model.values(geometries, shapes, amplitudes);
+            sums.iter_mut().zip(values).for_each(|(sum, f)| *sum = *sum + f);
+        }
+        for (sum, geometry) in sums.iter_mut().zip(geometries) {
+            let seen = T::if_less(zero.value(), geometry.cos_o(), *sum, zero);
+            *sum = T::if_less(zero.value(), geometry.cos_i(), seen, zero);
+        }
+        sums
     }
 }
 

@@ -18,7 +18,7 @@
 //!
 //! D' is Beckmann's distribution without its pi, G that of v-cavities, F the exact reflectance of a dielectric: ks is a
 //! quarter of the ks of `lambert + cook-torrance(d=beckmann, g=v-cavity, f=dielectric)`. Reciprocal; energy conserving for
-//! ks <= 1/4 and kd = 0; finite at grazing; m -> 0 a mirror.
+//! ks <= 1/4 and kd = 0 (the largest albedo found up to 89.9 degrees is 3.67 ks); finite at grazing; m -> 0 a mirror.
 
 use super::lambert::Lambert;
 use super::parts::distribution::Distribution;

@@ -267,13 +267,20 @@ fn coefficients<M: Model>(model: &M, amplitudes: &[f64]) -> Coefficients {
     Coefficients { values: value.as_ref().to_vec(), partials }
 }
 
-fn value<M: Model, T: Scalar>(model: &M, geometry: &Geometry<T::Real>, shapes: &[T], amplitudes: &[T]) -> T {
-    let mut point = PointEvaluation::new(geometry, shapes);
-    model.visit(&mut point);
+fn values<M: Model, T: Scalar>(
+    model: &M,
+    geometries: &[Geometry<T::Real>],
+    shapes: &[T],
+    amplitudes: &[T],
+) -> Vec<T> {
+    let mut points = PointEvaluation::new(geometries, shapes);
+    model.visit(&mut points);
     let coefficients = model.coefficients(Values::new(amplitudes));
-    let basis = point.basis();
-    let terms = basis.iter().zip(coefficients.as_ref());
-    terms.fold(T::constant(0.0), |sum, (&b, &a)| sum + a * b)
+    let mut sums = vec![T::constant(0.0); geometries.len()];
+    for (row, &a) in points.basis().iter().zip(coefficients.as_ref()) {
+        sums.iter_mut().zip(row).for_each(|(sum, &b)| *sum = *sum + a * b);
+    }
+    sums
 }
 
 /// Makes the closed set of models from one line each, so that code generic in the scalar can be called
@@ -346,7 +353,20 @@ macro_rules! models {
             /// order, in formula units.
             #[must_use]
             pub fn value<T: Scalar>(&self, geometry: &Geometry<T::Real>, shapes: &[T], amplitudes: &[T]) -> T {
-                match self { $(Self::$model(m) => value(m, geometry, shapes, amplitudes)),* }
+                let values = self.values(std::slice::from_ref(geometry), shapes, amplitudes);
+                values.first().copied().unwrap_or_else(|| T::constant(f64::NAN))
+            }
+
+            /// The BRDF at some pairs of directions, each as [`Self::value`] has it; what the shapes alone decide is
+            /// prepared once for all.
+            #[must_use]
+            pub fn values<T: Scalar>(
+                &self,
+                geometries: &[Geometry<T::Real>],
+                shapes: &[T],
+                amplitudes: &[T],
+            ) -> Vec<T> {
+                match self { $(Self::$model(m) => values(m, geometries, shapes, amplitudes)),* }
             }
         }
     };

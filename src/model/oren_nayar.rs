@@ -24,8 +24,9 @@
 //! Departure: some texts print 0.57 for 0.33 in the qualitative model, a partial compensation for the dropped
 //! interreflection that the paper offers; 0.33 it is here. At sigma = 0 both are Lambert. All are reciprocal.
 //! Grazing: f stays finite, since tan b multiplies the *smaller* angle. The full variant can fall below zero,
-//! and reflect more than it receives, close to grazing: it is a fit to a numerical integral. The others
-//! reflect less than they receive, fujii never less than nothing.
+//! and reflect more than it receives, close to grazing: it is a fit to a numerical integral. With albedo = 1 the
+//! largest albedo of the surface found up to 89.9 degrees is 1.048 (full, sigma = 20 degrees, 89.9 degrees) and 1.006
+//! (qualitative, sigma = 5 degrees, there too). `fujii` conserves energy, and is never less than nothing.
 
 use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor};
 use crate::geometry::Geometry;

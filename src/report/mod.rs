@@ -3,8 +3,10 @@
 //! The JSON form is a stable interface: docs/report.md describes it field by field, and a test compares
 //! docs/report.schema.json with the schema generated from these types.
 
+mod read;
 mod text;
 
+pub use read::{Recorded, is_report, read};
 pub use text::{table, warnings};
 
 use crate::fit::{Errors, Fit, HeldOut, Metric, ParameterTable, Product, Resampled, Row, Status};

@@ -1,0 +1,221 @@
+//! Whether a measurement obeys physics.
+
+use super::{Finding, SCHEMA};
+use crate::geometry::Directions;
+use crate::math::count;
+use crate::measurement::{Measurement, coverage};
+use serde::Serialize;
+
+/// A value that lies more than so many standard deviations below 0 is no noise.
+pub const NOISE_SIGMAS: f64 = 5.0;
+/// Where no standard deviation is given, a value below 0 by more than this share of the mean of abs(f) is no noise.
+pub const NOISE_SHARE: f64 = 0.05;
+/// Relative rms difference of pairs measured both ways beyond which a measurement is not reciprocal.
+pub const RECIPROCITY_LIMIT: f64 = 0.2;
+/// And beyond which there is a warning.
+pub const RECIPROCITY_WARNING: f64 = 0.05;
+/// Width of the ranges of incidence that albedos are averaged over, degrees.
+const RANGE_DEG: f64 = 10.0;
+/// So many of them: up to 80 degrees.
+const RANGES: u8 = 8;
+
+/// What was found of a measurement.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeasurementHealth {
+    /// `brdfit.check/1`.
+    pub schema: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// "measurement".
+    pub subject: &'static str,
+    /// The file as it was named.
+    pub path: String,
+    /// Its format.
+    pub format: &'static str,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+    /// Samples looked at.
+    pub samples: usize,
+    /// Whether no finding breaks physics.
+    pub sound: bool,
+    /// Relative root mean square difference of pairs measured both ways, all channels; null without such pairs.
+    pub reciprocity: Option<f64>,
+    /// The number of those pairs.
+    pub reciprocity_pairs: usize,
+    /// Per channel.
+    pub channels: Vec<MeasuredChannel>,
+    /// What is wrong, or to be known.
+    pub findings: Vec<Finding>,
+}
+
+/// What was found of one channel.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeasuredChannel {
+    /// Its name.
+    pub name: String,
+    /// Values below 0.
+    pub negative: Negative,
+    /// Albedo per range of incidence; null where samples cover no known solid angles.
+    pub albedo: Option<Vec<MeasuredAlbedo>>,
+}
+
+/// Values below 0.
+#[derive(Clone, Debug, Serialize)]
+pub struct Negative {
+    /// How many.
+    pub values: usize,
+    /// How many of them are too far below 0 to be noise.
+    pub beyond_noise: usize,
+    /// The least value of all, 1/sr.
+    pub least: f64,
+}
+
+/// The albedo in a range of incidence.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeasuredAlbedo {
+    /// Smallest and largest angle of incidence, degrees.
+    pub theta_i_deg: [f64; 2],
+    /// The mean albedo over it.
+    pub value: f64,
+    /// By how much the two interleaved halves of the table differ.
+    pub error: f64,
+}
+
+/// Looks at a measurement.
+#[must_use]
+pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
+    let coverage = coverage(measurement);
+    let albedos = albedos(measurement);
+    let mut channels = Vec::new();
+    for (index, (channel, row)) in measurement.channels.iter().zip(&measurement.values).enumerate() {
+        let sigma = measurement.sigma.as_ref().and_then(|sigma| sigma.get(index));
+        channels.push(MeasuredChannel {
+            name: channel.name.clone(),
+            negative: negative(row, sigma.map(Vec::as_slice)),
+            albedo: albedos.as_ref().and_then(|albedos| albedos.get(index).cloned()),
+        });
+    }
+    let (reciprocity, reciprocity_pairs) = coverage.reciprocity.unzip();
+    let findings = findings(&channels, reciprocity);
+    MeasurementHealth {
+        schema: SCHEMA,
+        version: env!("CARGO_PKG_VERSION"),
+        subject: "measurement",
+        path: measurement.source.path.display().to_string(),
+        format: measurement.source.format,
+        sha256: measurement.source.sha256.clone(),
+        samples: measurement.directions.len(),
+        sound: findings.iter().all(|finding| !finding.breaks),
+        reciprocity,
+        reciprocity_pairs: reciprocity_pairs.unwrap_or(0),
+        channels,
+        findings,
+    }
+}
+
+fn negative(row: &[f64], sigma: Option<&[f64]>) -> Negative {
+    let mean = row.iter().map(|f| f.abs()).sum::<f64>() / count(row.len().max(1));
+    let noise = |index: usize| match sigma.and_then(|sigma| sigma.get(index)) {
+        Some(sigma) => NOISE_SIGMAS * sigma,
+        None => NOISE_SHARE * mean,
+    };
+    let least = row.iter().copied().fold(f64::INFINITY, f64::min);
+    Negative {
+        values: row.iter().filter(|f| **f < 0.0).count(),
+        beyond_noise: row.iter().enumerate().filter(|(index, f)| **f < -noise(*index)).count(),
+        least: if least.is_finite() { least } else { 0.0 },
+    }
+}
+
+/// pi times the mean of f over the viewers, weighted by solid angle and cosine, per channel and range of incidence.
+fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
+    let Directions::Grid { grid, cells } = &measurement.directions else { return None };
+    /// Weights and weighted values of the rows of the table with even and with odd theta_h.
+    type Sums = [(f64, f64); 2];
+    let ranges = usize::from(RANGES);
+    let mut sums: Vec<Vec<Sums>> = vec![vec![Sums::default(); ranges]; measurement.values.len()];
+    let limits: Vec<f64> = (1..=RANGES).map(|k| (RANGE_DEG * f64::from(k)).to_radians().cos()).collect();
+    let rows = crate::geometry::HalfDifferenceGrid::DIMENSIONS;
+    for (index, &cell) in cells.iter().enumerate() {
+        let g = grid.geometry(cell);
+        let half = usize::try_from(cell).unwrap_or(0) / (rows[1] * rows[2]) % 2;
+        // A cell stands for a pair of directions and its mirror: for light from either.
+        for (light, view) in [(g.cos_i(), g.cos_o()), (g.cos_o(), g.cos_i())] {
+            let range = limits.partition_point(|limit| *limit > light);
+            if view <= 0.0 || range >= ranges {
+                continue;
+            }
+            let weight = grid.weight(cell) * view;
+            for (sums, row) in sums.iter_mut().zip(&measurement.values) {
+                let sum = sums.get_mut(range).and_then(|sums| sums.get_mut(half));
+                if let (Some(sum), Some(f)) = (sum, row.get(index)) {
+                    sum.0 += weight;
+                    sum.1 += weight * f;
+                }
+            }
+        }
+    }
+    let albedo = |(weight, value): (f64, f64)| std::f64::consts::PI * value / weight;
+    let of_channel = |sums: Vec<Sums>| {
+        let ranges = sums.into_iter().zip(0..RANGES);
+        ranges
+            .filter(|([even, odd], _)| even.0 > 0.0 && odd.0 > 0.0)
+            .map(|([even, odd], k)| MeasuredAlbedo {
+                theta_i_deg: [RANGE_DEG * f64::from(k), RANGE_DEG * f64::from(k + 1)],
+                value: albedo((even.0 + odd.0, even.1 + odd.1)),
+                error: (albedo(even) - albedo(odd)).abs(),
+            })
+            .collect()
+    };
+    Some(sums.into_iter().map(of_channel).collect())
+}
+
+fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for channel in channels {
+        let mut add = |kind, breaks, text| {
+            findings.push(Finding { kind, breaks, channel: Some(channel.name.clone()), text });
+        };
+        let n = &channel.negative;
+        if n.beyond_noise > 0 {
+            add(
+                "negative",
+                true,
+                format!(
+                    "{} values lie below 0 by more than noise, the least at {:.4e} 1/sr",
+                    n.beyond_noise, n.least
+                ),
+            );
+        } else if n.values > 0 {
+            add(
+                "negative",
+                false,
+                format!("{} values lie below 0 by noise, the least at {:.4e} 1/sr", n.values, n.least),
+            );
+        }
+        let most = channel
+            .albedo
+            .iter()
+            .flatten()
+            .max_by(|a, b| (a.value - a.error).total_cmp(&(b.value - b.error)));
+        if let Some(MeasuredAlbedo { theta_i_deg: [low, high], value, error }) = most {
+            let text = format!(
+                "of light from {low} to {high} deg it reflects {value:.4} +/- {error:.1e}, more than arrives"
+            );
+            if value - error > 1.0 {
+                add("gains-energy", true, text);
+            } else if *value > 1.0 {
+                add("gains-energy", false, text + " but for the error");
+            }
+        }
+    }
+    if let Some(difference) = reciprocity.filter(|difference| *difference > RECIPROCITY_WARNING) {
+        findings.push(Finding {
+            kind: "not-reciprocal",
+            breaks: difference > RECIPROCITY_LIMIT,
+            channel: None,
+            text: format!("pairs of directions measured both ways differ by {:.1} % rms", 100.0 * difference),
+        });
+    }
+    findings
+}

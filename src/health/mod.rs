@@ -1,0 +1,284 @@
+//! Whether a model at given parameters, or a measurement, obeys physics, and how well a model's formula computes.
+//!
+//! docs/checks.md says what is checked, within which limits, and describes the JSON form field by field.
+
+mod measured;
+mod numerics;
+mod physics;
+mod quadrature;
+mod text;
+
+pub use measured::{MeasuredAlbedo, MeasuredChannel, MeasurementHealth, Negative, measurement};
+pub use numerics::{Digits, Kept, LeastKept, Unfinished};
+pub use physics::{Albedo, Extreme, INCIDENCES_DEG, Reciprocity};
+pub use quadrature::{Integral, Quadrature, directional_albedo};
+pub use text::{measurement_table, model_table};
+
+use crate::fit::{ParameterTable, Progress};
+use crate::geometry::Pair;
+use crate::geometry::spherical_degrees;
+use crate::model::Expression;
+use serde::Serialize;
+
+/// Name of the schema of both forms.
+pub const SCHEMA: &str = "brdfit.check/1";
+
+/// The largest albedo, beyond the error of its quadrature, that still counts as 1.
+pub const ALBEDO_SLACK: f64 = 1e-6;
+/// The largest relative difference of f(wi, wo) and f(wo, wi) that still counts as rounding. The largest of any reciprocal
+/// model here is 1e-9, where a steep exponential multiplies the rounding of its argument.
+pub const RECIPROCITY_LIMIT: f64 = 1e-6;
+/// Digits kept in f64 below which a warning says so.
+pub const FEW_DIGITS: f64 = 8.0;
+
+/// Angles of a pair of directions, degrees: theta_i, phi_i, theta_o, phi_o.
+pub type Angles = [f64; 4];
+
+pub(crate) fn angles(pair: &Pair) -> Angles {
+    let (theta_i, phi_i) = spherical_degrees(pair.wi);
+    let (theta_o, phi_o) = spherical_degrees(pair.wo);
+    [theta_i, phi_i, theta_o, phi_o]
+}
+
+/// Something found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Finding {
+    /// not-reciprocal, negative, gains-energy, not-finite, unresolved, derivative-not-finite, bounds-not-finite, few-digits.
+    pub kind: &'static str,
+    /// Whether it breaks physics; otherwise it is a warning.
+    pub breaks: bool,
+    /// The channel concerned; null for all.
+    pub channel: Option<String>,
+    /// What it is.
+    pub text: String,
+}
+
+/// A parameter's value.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParameterValue {
+    /// Full name.
+    pub name: String,
+    /// In `unit`.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// What was found of a model.
+#[derive(Clone, Debug, Serialize)]
+pub struct ModelHealth {
+    /// `brdfit.check/1`.
+    pub schema: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// "model".
+    pub subject: &'static str,
+    /// The report that the parameters come from; null if they were given.
+    pub path: Option<String>,
+    /// The expression with every choice spelled out.
+    pub model: String,
+    /// Every parameter.
+    pub parameters: Vec<ParameterValue>,
+    /// Whether no finding breaks physics.
+    pub sound: bool,
+    /// Whether f changes when light and viewer are turned together about the normal, in any channel.
+    pub anisotropic: bool,
+    /// Per channel.
+    pub channels: Vec<ModelChannel>,
+    /// Values and derivatives that are not finite with every shape at either of its bounds.
+    pub at_bounds: Unfinished,
+    /// What is wrong, or to be known.
+    pub findings: Vec<Finding>,
+}
+
+/// What was found of one channel of a model.
+#[derive(Clone, Debug, Serialize)]
+pub struct ModelChannel {
+    /// Its name.
+    pub name: String,
+    /// How much f changes when light and viewer are exchanged.
+    pub reciprocity: Reciprocity,
+    /// The least value of f.
+    pub least: Extreme,
+    /// Directional albedo at every incidence.
+    pub albedo: Vec<Albedo>,
+    /// The largest of these: what a white furnace shows.
+    pub furnace: Albedo,
+    /// Values and derivatives that are not finite in the extreme directions.
+    pub extremes: Unfinished,
+    /// Digits kept.
+    pub digits: Digits,
+}
+
+/// How closely to look.
+#[derive(Clone, Debug)]
+pub struct Effort {
+    /// Pairs of directions that f is compared at.
+    pub pairs: usize,
+    /// Pairs of directions that digits are counted at.
+    pub wide_pairs: usize,
+    /// Angles of incidence, degrees.
+    pub incidences_deg: Vec<f64>,
+    /// How albedos are integrated.
+    pub quadrature: Quadrature,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self {
+            pairs: 4000,
+            wide_pairs: 500,
+            incidences_deg: INCIDENCES_DEG.to_vec(),
+            quadrature: Quadrature::default(),
+        }
+    }
+}
+
+/// Looks at a model with the values that `table` has.
+#[must_use]
+pub fn model(
+    expression: &Expression,
+    table: &ParameterTable,
+    effort: &Effort,
+    progress: &dyn Progress,
+) -> ModelHealth {
+    let names = table.channels();
+    let parameters: Vec<_> = (0..names.len()).map(|channel| table.formula_values(channel)).collect();
+    progress.stage("reciprocity");
+    let pairs = physics::pairs(effort.pairs);
+    let compared = physics::compare(expression, &parameters, &pairs);
+    let anisotropic = physics::is_anisotropic(expression, &parameters);
+    progress.stage("albedo");
+    let albedos = physics::albedos(expression, &parameters, anisotropic, effort);
+    progress.stage("derivatives");
+    let extremes: Vec<Unfinished> =
+        parameters.iter().map(|lobes| numerics::at_extremes(expression, lobes)).collect();
+    let at_bounds = numerics::at_bounds(expression);
+    progress.stage("digits");
+    let digits: Vec<Digits> =
+        parameters.iter().map(|lobes| numerics::digits(expression, lobes, effort.wide_pairs)).collect();
+    let each = names.iter().zip(compared).zip(albedos).zip(extremes).zip(digits);
+    let channels: Vec<ModelChannel> = each
+        .map(|((((name, (reciprocity, least)), albedo), extremes), digits)| ModelChannel {
+            name: name.clone(),
+            reciprocity,
+            least,
+            furnace: physics::largest(&albedo),
+            albedo,
+            extremes,
+            digits,
+        })
+        .collect();
+    let findings = findings(&channels, &at_bounds);
+    ModelHealth {
+        schema: SCHEMA,
+        version: env!("CARGO_PKG_VERSION"),
+        subject: "model",
+        path: None,
+        model: expression.canonical(),
+        parameters: table
+            .rows()
+            .iter()
+            .enumerate()
+            .map(|(index, row)| ParameterValue {
+                name: table.name(index),
+                value: row.value,
+                unit: row.spec.unit.symbol(),
+            })
+            .collect(),
+        sound: findings.iter().all(|finding| !finding.breaks),
+        anisotropic,
+        channels,
+        at_bounds,
+        findings,
+    }
+}
+
+/// An angle or four, as people write them.
+fn written(angles: &[f64]) -> String {
+    let round = |angle: &f64| (angle * 1e4).round() / 1e4;
+    let texts: Vec<String> = angles.iter().map(|angle| format!("{}", round(angle) + 0.0)).collect();
+    texts.join(", ")
+}
+
+fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for channel in channels {
+        let mut add = |kind, breaks, text| {
+            findings.push(Finding { kind, breaks, channel: Some(channel.name.clone()), text });
+        };
+        if channel.reciprocity.not_finite > 0 || channel.extremes.values > 0 {
+            let place = channel.extremes.first.clone().unwrap_or_default();
+            let count = channel.reciprocity.not_finite + channel.extremes.values;
+            add(
+                "not-finite",
+                true,
+                format!("{count} values of f are no finite numbers {place}").trim_end().to_owned(),
+            );
+        }
+        let r = &channel.reciprocity;
+        if r.largest > RECIPROCITY_LIMIT {
+            let at = written(&r.at_deg);
+            add(
+                "not-reciprocal",
+                true,
+                format!(
+                    "f changes by up to {:.2e} of its value when light and viewer are exchanged, at {at} deg",
+                    r.largest
+                ),
+            );
+        }
+        if channel.least.value < 0.0 {
+            let at = written(&channel.least.at_deg);
+            add("negative", true, format!("f goes down to {:.4e} 1/sr, at {at} deg", channel.least.value));
+        }
+        if let (Some(value), Some(error)) = (channel.furnace.value, channel.furnace.error) {
+            let theta = written(&[channel.furnace.theta_i_deg]);
+            if value - error > 1.0 + ALBEDO_SLACK {
+                add(
+                    "gains-energy",
+                    true,
+                    format!(
+                        "of light from {theta} deg it reflects {value:.6} +/- {error:.1e}, more than arrives"
+                    ),
+                );
+            } else if value + error > 1.0 + ALBEDO_SLACK && error > ALBEDO_SLACK {
+                add(
+                    "unresolved",
+                    false,
+                    format!(
+                        "the quadrature cannot tell whether {value:.6} +/- {error:.1e}, reflected from {theta} deg, is more than arrives"
+                    ),
+                );
+            }
+        } else {
+            add("not-finite", true, "an albedo is no finite number".to_owned());
+        }
+        if channel.extremes.derivatives > 0 {
+            let place = channel.extremes.first.clone().unwrap_or_default();
+            add(
+                "derivative-not-finite",
+                false,
+                format!("{} derivatives are no finite numbers {place}", channel.extremes.derivatives),
+            );
+        }
+        if let Some(least) = channel.digits.f64.least.as_ref().filter(|least| least.digits < FEW_DIGITS) {
+            let at = written(&least.at_deg);
+            add("few-digits", false, format!("f keeps {:.1} digits in f64, at {at} deg", least.digits));
+        }
+    }
+    if at_bounds.values + at_bounds.derivatives > 0 {
+        findings.push(Finding {
+            kind: "bounds-not-finite",
+            breaks: false,
+            channel: None,
+            text: format!(
+                "with shapes at their bounds {} values and {} derivatives are no finite numbers {}",
+                at_bounds.values,
+                at_bounds.derivatives,
+                at_bounds.first.clone().unwrap_or_default()
+            ),
+        });
+    }
+    findings
+}

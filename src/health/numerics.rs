@@ -1,0 +1,194 @@
+//! Finite values and derivatives, and digits kept.
+//!
+//! Directions and parameters are first rounded to the type under test; the same formulas then run on them in that type and in
+//! [`Wide`]. So what is counted is the rounding inside the formula, not that of its arguments. What a formula leaves out on
+//! purpose, as a table or a series, is the same in both.
+
+use super::{Angles, angles, physics, written};
+use crate::geometry::{Block, Geometry, Pair, direction};
+use crate::math::{Real, Wide};
+use crate::model::{BasisBlock, Derivatives, Expression, Role};
+use serde::Serialize;
+
+/// Values and derivatives that are no finite numbers.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Unfinished {
+    /// How many values.
+    pub values: usize,
+    /// How many derivatives.
+    pub derivatives: usize,
+    /// How many of both were looked at.
+    pub tried: usize,
+    /// Where the first was; null if there is none.
+    pub first: Option<String>,
+}
+
+/// Digits kept in either precision.
+#[derive(Clone, Debug, Serialize)]
+pub struct Digits {
+    /// In double precision, of 16.
+    pub f64: Kept,
+    /// In single precision, of 7.
+    pub f32: Kept,
+}
+
+/// Digits kept in one precision.
+#[derive(Clone, Debug, Serialize)]
+pub struct Kept {
+    /// The least over all pairs; null if no value is large enough to have them all.
+    pub least: Option<LeastKept>,
+    /// The median over all pairs.
+    pub median: Option<f64>,
+    /// Pairs of directions counted.
+    pub pairs: usize,
+}
+
+/// Where the fewest digits are kept.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeastKept {
+    /// How many.
+    pub digits: f64,
+    /// Where, degrees: theta_i, phi_i, theta_o, phi_o.
+    pub at_deg: Angles,
+}
+
+/// Where formulas divide: along the normal, mirrored, returned, and close to the horizon or in it, together, opposed or one alone.
+fn extremes() -> Vec<Pair> {
+    let at = |theta: f64, phi: f64| direction(theta.to_radians(), phi.to_radians());
+    let mut pairs = vec![
+        Pair { wi: at(0.0, 0.0), wo: at(0.0, 0.0) },
+        Pair { wi: at(40.0, 0.0), wo: at(40.0, 180.0) },
+        Pair { wi: at(40.0, 0.0), wo: at(40.0, 0.0) },
+    ];
+    for grazing in [89.9, 90.0 - 1e-7, 90.0] {
+        pairs.extend(
+            [
+                (at(0.0, 0.0), 0.0),
+                (at(grazing, 0.0), 180.0),
+                (at(grazing, 0.0), 0.0),
+                (at(grazing, 0.0), 90.0),
+                (at(60.0, 0.0), 30.0),
+            ]
+            .map(|(wi, phi)| Pair { wi, wo: at(grazing, phi) }),
+        );
+    }
+    pairs
+}
+
+/// Counts what is not finite in the extreme directions, for the shapes and amplitudes of every lobe.
+pub(super) fn at_extremes(expression: &Expression, lobes: &[(Vec<f64>, Vec<f64>)]) -> Unfinished {
+    let mut found = Unfinished::default();
+    for (lobe, (shapes, amplitudes)) in expression.lobes().iter().zip(lobes) {
+        count(&mut found, lobe, shapes, amplitudes, "");
+    }
+    found
+}
+
+/// Counts what is not finite in the extreme directions at every corner of the bounds of the shapes.
+pub(super) fn at_bounds(expression: &Expression) -> Unfinished {
+    let mut found = Unfinished::default();
+    for lobe in expression.lobes() {
+        let specs = lobe.model.parameters();
+        let of = |role: Role| specs.iter().filter(move |spec| spec.role == role);
+        let bounds: Vec<(f64, f64)> = of(Role::Shape)
+            .map(|spec| (spec.bounds.0 * spec.unit.factor(None), spec.bounds.1 * spec.unit.factor(None)))
+            .collect();
+        let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
+        // Shapes beyond the fourth go with the fourth: sixteen corners are enough to look at.
+        for corner in 0..1_usize << bounds.len().min(4) {
+            let upper = |j: usize| corner >> j.min(3) & 1 == 1;
+            let ends = bounds.iter().enumerate().map(|(j, (low, high))| if upper(j) { *high } else { *low });
+            let shapes: Vec<f64> = ends.collect();
+            let place = format!(" with shapes {shapes:?}");
+            count(&mut found, lobe, &shapes, &amplitudes, &place);
+        }
+    }
+    found
+}
+
+fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], amplitudes: &[f64], place: &str) {
+    let pairs = extremes();
+    let mut block = Block::new();
+    block.fill(pairs.iter().map(Pair::geometry));
+    let mut basis = BasisBlock::default();
+    lobe.model.evaluate(&block, shapes, Derivatives::All, &mut basis);
+    let coefficients = lobe.model.coefficients(amplitudes);
+    for (index, pair) in pairs.iter().enumerate() {
+        let sum = |rows: &[crate::geometry::Row], by: &[f64]| -> f64 {
+            rows.iter().zip(by).filter_map(|(row, a)| row.get(index).map(|b| a * b)).sum()
+        };
+        let value = sum(basis.values(), &coefficients.values);
+        let by_shape = (0..shapes.len()).map(|shape| sum(basis.partials(shape), &coefficients.values));
+        let by_amplitude = coefficients.partials.iter().map(|partials| sum(basis.values(), partials));
+        let derivatives = by_shape.chain(by_amplitude).filter(|d| !d.is_finite()).count();
+        let values = usize::from(!value.is_finite());
+        found.tried += 1 + shapes.len() + amplitudes.len();
+        found.values += values;
+        found.derivatives += derivatives;
+        if values + derivatives > 0 && found.first.is_none() {
+            found.first = Some(format!("({} at {} deg{place})", lobe.name, written(&angles(pair))));
+        }
+    }
+}
+
+/// Values in the two precisions, and in the wide one at the same arguments.
+fn both<R: Real>(
+    expression: &Expression,
+    lobes: &[(Vec<f64>, Vec<f64>)],
+    pairs: &[Pair],
+    widen: impl Fn(R) -> Wide + Copy,
+) -> (Vec<Wide>, Vec<Wide>) {
+    let geometries: Vec<([R; 3], [R; 3])> = pairs
+        .iter()
+        .map(|pair| (pair.wi.to_array().map(R::literal), pair.wo.to_array().map(R::literal)))
+        .collect();
+    let rounded = |values: &Vec<f64>| values.iter().map(|v| R::literal(*v)).collect::<Vec<R>>();
+    let parameters: Vec<(Vec<R>, Vec<R>)> =
+        lobes.iter().map(|(shapes, amplitudes)| (rounded(shapes), rounded(amplitudes))).collect();
+    let all_wide = |values: &Vec<R>| values.iter().map(|v| widen(*v)).collect::<Vec<Wide>>();
+    let wide_parameters: Vec<(Vec<Wide>, Vec<Wide>)> =
+        parameters.iter().map(|(shapes, amplitudes)| (all_wide(shapes), all_wide(amplitudes))).collect();
+    let narrow: Vec<Geometry<R>> = geometries.iter().map(|(wi, wo)| Geometry::new(*wi, *wo)).collect();
+    let wide: Vec<Geometry<Wide>> =
+        geometries.iter().map(|(wi, wo)| Geometry::new(wi.map(widen), wo.map(widen))).collect();
+    let found = expression.values_in::<R>(&narrow, &parameters);
+    let exact = expression.values_in::<Wide>(&wide, &wide_parameters);
+    (found.into_iter().map(widen).collect(), exact)
+}
+
+/// The digits that the values of a model keep.
+pub(super) fn digits(expression: &Expression, lobes: &[(Vec<f64>, Vec<f64>)], pairs: usize) -> Digits {
+    let pairs = physics::pairs(pairs);
+    // Where smaller ones stand on the way to a value, even the wide number has few digits.
+    const SMALL_DOUBLE: f64 = 1e-280;
+    let (double, (single, exact_single)) = rayon::join(
+        || both::<f64>(expression, lobes, &pairs, Wide::literal),
+        || both::<f32>(expression, lobes, &pairs, |x| Wide::literal(f64::from(x))),
+    );
+    let smallest = f64::from(f32::MIN_POSITIVE);
+    Digits {
+        f64: kept(&pairs, &double.0, &double.1, f64::EPSILON, (SMALL_DOUBLE, f64::MAX)),
+        f32: kept(&pairs, &single, &exact_single, f64::from(f32::EPSILON), (smallest, f64::from(f32::MAX))),
+    }
+}
+
+/// Digits that `found` has in common with `exact`, where that is within `range`.
+fn kept(pairs: &[Pair], found: &[Wide], exact: &[Wide], epsilon: f64, range: (f64, f64)) -> Kept {
+    let mut digits: Vec<(f64, &Pair)> = Vec::new();
+    for ((found, exact), pair) in found.iter().zip(exact).zip(pairs) {
+        let size = exact.abs().rounded();
+        if !(size >= range.0 && size <= range.1) {
+            continue;
+        }
+        let error = ((*found - *exact) / *exact).abs().rounded();
+        // No number has no digit, and none has more than the type.
+        let error = if error.is_finite() { error.clamp(0.5 * epsilon, 1.0) } else { 1.0 };
+        digits.push((-error.log10(), pair));
+    }
+    digits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Kept {
+        least: digits.first().map(|(digits, pair)| LeastKept { digits: *digits, at_deg: angles(pair) }),
+        median: digits.get(digits.len() / 2).map(|(digits, _)| *digits),
+        pairs: digits.len(),
+    }
+}

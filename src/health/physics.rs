@@ -1,0 +1,155 @@
+//! Reciprocity, sign and albedo of a model.
+
+use super::quadrature::directional_albedo;
+use super::{Angles, Effort, angles};
+use crate::geometry::{Directions, Pair, direction};
+use crate::model::Expression;
+use crate::synthetic::scattered_directions;
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Angles of incidence at which albedos are integrated, degrees.
+pub const INCIDENCES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0, 89.9];
+/// Azimuths of the light for anisotropic models, degrees.
+const AZIMUTHS_DEG: [f64; 3] = [0.0, 45.0, 90.0];
+/// Directions reach so far, degrees.
+const GRAZING_DEG: f64 = 89.9;
+/// Seed of the pairs of directions.
+const SEED: u64 = 71;
+
+/// How much f changes when light and viewer are exchanged.
+#[derive(Clone, Debug, Serialize)]
+pub struct Reciprocity {
+    /// The largest abs(f(wi, wo) - f(wo, wi)), relative to the larger of the two.
+    pub largest: f64,
+    /// Where, degrees: theta_i, phi_i, theta_o, phi_o.
+    pub at_deg: Angles,
+    /// Pairs of directions compared.
+    pub pairs: usize,
+    /// Values that are no finite numbers.
+    pub not_finite: usize,
+}
+
+/// A value and where it was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Extreme {
+    /// f, 1/sr.
+    pub value: f64,
+    /// Where, degrees: theta_i, phi_i, theta_o, phi_o.
+    pub at_deg: Angles,
+}
+
+/// The share of light from one direction that is reflected.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Albedo {
+    /// Angle of incidence, degrees.
+    pub theta_i_deg: f64,
+    /// Azimuth of the light, degrees.
+    pub phi_i_deg: f64,
+    /// The albedo; null where it is no finite number.
+    pub value: Option<f64>,
+    /// Estimate of the quadrature's error.
+    pub error: Option<f64>,
+}
+
+/// Pairs that f is looked at: over the hemispheres and about the mirror direction, a quarter turned about so that the viewer
+/// looks back along the light.
+pub(super) fn pairs(n: usize) -> Vec<Pair> {
+    let mut pairs = scattered_directions(n, GRAZING_DEG, SEED);
+    for pair in pairs.iter_mut().skip(1).step_by(4) {
+        pair.wi = DVec3::new(-pair.wi.x, -pair.wi.y, pair.wi.z);
+    }
+    pairs
+}
+
+/// Reciprocity and the least value per channel.
+pub(super) fn compare(
+    expression: &Expression,
+    parameters: &[Vec<(Vec<f64>, Vec<f64>)>],
+    pairs: &[Pair],
+) -> Vec<(Reciprocity, Extreme)> {
+    let swapped = pairs.iter().map(|pair| Pair { wi: pair.wo, wo: pair.wi }).collect();
+    let there = expression.values(&Directions::Scattered(pairs.to_vec()), parameters);
+    let back = expression.values(&Directions::Scattered(swapped), parameters);
+    let channel = |(there, back): (&Vec<f64>, &Vec<f64>)| {
+        let nowhere = [0.0; 4];
+        let mut reciprocity =
+            Reciprocity { largest: 0.0, at_deg: nowhere, pairs: pairs.len(), not_finite: 0 };
+        let mut least = Extreme { value: f64::INFINITY, at_deg: nowhere };
+        for ((a, b), pair) in there.iter().zip(back).zip(pairs) {
+            if !(a.is_finite() && b.is_finite()) {
+                reciprocity.not_finite += 1;
+                continue;
+            }
+            let scale = a.abs().max(b.abs());
+            // Numbers that are too small have fewer digits, or none.
+            let difference = if scale < f64::MIN_POSITIVE { 0.0 } else { (a - b).abs() / scale };
+            if difference > reciprocity.largest {
+                (reciprocity.largest, reciprocity.at_deg) = (difference, angles(pair));
+            }
+            for (f, pair) in [(*a, *pair), (*b, Pair { wi: pair.wo, wo: pair.wi })] {
+                if f < least.value {
+                    least = Extreme { value: f, at_deg: angles(&pair) };
+                }
+            }
+        }
+        if !least.value.is_finite() {
+            least.value = 0.0;
+        }
+        (reciprocity, least)
+    };
+    there.iter().zip(&back).map(channel).collect()
+}
+
+/// Whether f changes when both directions are turned about the normal.
+pub(super) fn is_anisotropic(expression: &Expression, parameters: &[Vec<(Vec<f64>, Vec<f64>)>]) -> bool {
+    let pairs = scattered_directions(60, 80.0, SEED);
+    let turn = |v: DVec3| DVec3::new(v.x * 0.8 - v.y * 0.6, v.x * 0.6 + v.y * 0.8, v.z);
+    let turned = pairs.iter().map(|pair| Pair { wi: turn(pair.wi), wo: turn(pair.wo) }).collect();
+    let before = expression.values(&Directions::Scattered(pairs), parameters);
+    let after = expression.values(&Directions::Scattered(turned), parameters);
+    // A sharp lobe multiplies the rounding of the turn.
+    let differ = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-6 * a.abs().max(b.abs());
+    before.iter().flatten().zip(after.iter().flatten()).any(differ)
+}
+
+/// Albedos per channel.
+pub(super) fn albedos(
+    expression: &Expression,
+    parameters: &[Vec<(Vec<f64>, Vec<f64>)>],
+    anisotropic: bool,
+    effort: &Effort,
+) -> Vec<Vec<Albedo>> {
+    let azimuths = if anisotropic { AZIMUTHS_DEG.as_slice() } else { &[0.0] };
+    let lights: Vec<(f64, f64)> =
+        effort.incidences_deg.iter().flat_map(|theta| azimuths.iter().map(|phi| (*theta, *phi))).collect();
+    let found: Vec<_> = lights
+        .par_iter()
+        .map(|(theta, phi)| {
+            let wi = direction(theta.to_radians(), phi.to_radians());
+            directional_albedo(expression, parameters, wi, anisotropic, &effort.quadrature)
+        })
+        .collect();
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let of_channel = |channel: usize| {
+        let each = lights.iter().zip(&found).filter_map(|(&(theta_i_deg, phi_i_deg), integrals)| {
+            let integral = integrals.get(channel)?;
+            Some(Albedo {
+                theta_i_deg,
+                phi_i_deg,
+                value: finite(integral.value),
+                error: finite(integral.error),
+            })
+        });
+        each.collect()
+    };
+    (0..parameters.len()).map(of_channel).collect()
+}
+
+/// The largest; one that is no number comes first.
+pub(super) fn largest(albedos: &[Albedo]) -> Albedo {
+    let key = |albedo: &Albedo| albedo.value.unwrap_or(f64::INFINITY);
+    let nothing = Albedo { theta_i_deg: 0.0, phi_i_deg: 0.0, value: None, error: None };
+    albedos.iter().max_by(|a, b| key(a).total_cmp(&key(b))).copied().unwrap_or(nothing)
+}

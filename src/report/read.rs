@@ -1,0 +1,238 @@
+//! Reports read back: the model and its parameters.
+
+use super::{SCHEMA, SCHEMA_SEVERAL};
+use crate::error::{Error, Place, excerpt};
+use crate::fit::{ParameterTable, Selector, Setting, Settings, channel_suffix};
+use crate::model::{Expression, Sharing};
+use serde::Deserialize;
+use std::path::Path;
+
+/// A model as a report has it.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// The model.
+    pub expression: Expression,
+    /// Its parameters, at the values of the report.
+    pub table: ParameterTable,
+    /// The measurement that it was fitted to, as it was named.
+    pub data_path: String,
+}
+
+/// The fields that are read; others may be there.
+#[derive(Deserialize)]
+struct Fields {
+    model: String,
+    parameters: Vec<ParameterFields>,
+    data: DataFields,
+}
+
+#[derive(Deserialize)]
+struct DataFields {
+    #[serde(default)]
+    path: String,
+    channels: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct ParameterFields {
+    lobe: String,
+    name: String,
+    channel: Option<String>,
+    value: f64,
+    bounds: [f64; 2],
+}
+
+#[derive(Deserialize)]
+struct Schema {
+    schema: String,
+}
+
+#[derive(Deserialize)]
+struct Several {
+    reports: Vec<Fields>,
+    ranking: Vec<Rank>,
+}
+
+#[derive(Deserialize)]
+struct Rank {
+    index: usize,
+}
+
+/// Whether a file's first bytes are those of a report rather than a measurement: no format of measurements begins with a brace.
+#[must_use]
+pub fn is_report(head: &[u8]) -> bool {
+    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    head.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{')
+}
+
+/// The models of a file of one report or several, the best of the ranking first, whose content is `bytes`. The file is called
+/// `path` in errors.
+///
+/// # Errors
+/// [`Error::Malformed`] for what is no report, or one that does not fit its model.
+pub fn read(bytes: &[u8], path: &Path) -> Result<Vec<Recorded>, Error> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let expected = format!("a report ({SCHEMA} or {SCHEMA_SEVERAL})");
+    let Schema { schema } = parse(bytes, path, &expected)?;
+    let found = match schema.as_str() {
+        SCHEMA => vec![parse::<Fields>(bytes, path, &expected)?],
+        SCHEMA_SEVERAL => {
+            let Several { mut reports, ranking } = parse(bytes, path, &expected)?;
+            if let Some(best) = ranking.first().map(|rank| rank.index).filter(|best| *best < reports.len()) {
+                reports.swap(0, best);
+            }
+            reports
+        }
+        other => {
+            let found = format!("schema {}", excerpt(other));
+            return Err(Error::malformed(path, Place::File, expected, found));
+        }
+    };
+    if found.is_empty() {
+        return Err(Error::malformed(path, Place::File, "at least one report", "none"));
+    }
+    found.into_iter().map(|fields| recorded(fields, path)).collect()
+}
+
+fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8], path: &Path, expected: &str) -> Result<T, Error> {
+    serde_json::from_slice(bytes).map_err(|error| {
+        let line = u64::try_from(error.line()).unwrap_or(u64::MAX);
+        let text = error.to_string();
+        let text = text.split(" at line ").next().unwrap_or(&text).replace(char::is_control, " ");
+        Error::malformed(path, Place::Line(line), expected, text)
+    })
+}
+
+/// Builds the model, and checks that each of its parameters has a value within its bounds.
+fn recorded(fields: Fields, path: &Path) -> Result<Recorded, Error> {
+    let wrong = |expected: String, found: String| Error::malformed(path, Place::File, expected, found);
+    let in_file = |error: Error| wrong("a model with its parameters".to_owned(), error.to_string());
+    let channels = fields.data.channels;
+    if channels.is_empty() {
+        return Err(wrong("at least one name in data.channels".to_owned(), "none".to_owned()));
+    }
+    let expression = Expression::parse(&fields.model).map_err(in_file)?;
+    let mut sharing: Settings = Vec::new();
+    let mut values: Settings = Vec::new();
+    for p in &fields.parameters {
+        let own = |text: String| Selector::parse(&text).map_err(in_file);
+        let shared = own(format!("{}.{}", p.lobe, p.name))?;
+        // Whether the fit shared it shows in the channel that is named or not.
+        let lobe = expression.lobes().iter().find(|lobe| lobe.name == p.lobe);
+        let specs = lobe.map(|lobe| lobe.model.parameters()).unwrap_or_default();
+        let Some(spec) = specs.iter().find(|spec| spec.name == p.name) else {
+            let found = format!("parameter {}", excerpt(&format!("{}.{}", p.lobe, p.name)));
+            return Err(wrong(format!("parameters of {}", fields.model), found));
+        };
+        let setting = match (&p.channel, spec.sharing) {
+            (Some(_), Sharing::Shared) => Some(Setting::PerChannel),
+            (None, Sharing::PerChannel) => Some(Setting::Shared),
+            _ => None,
+        };
+        sharing.extend(setting.map(|setting| (shared.clone(), setting)));
+        let selector = match &p.channel {
+            None => shared,
+            Some(channel) => own(format!("{}.{}[{channel}]", p.lobe, p.name))?,
+        };
+        let [low, high] = p.bounds;
+        values.push((selector.clone(), Setting::Bounds(low, high)));
+        values.push((selector, Setting::Set(p.value)));
+    }
+    sharing.extend(values);
+    let table = ParameterTable::new(&expression, &channels, false, &sharing).map_err(in_file)?;
+    if let Some((index, row)) = table.rows().iter().enumerate().find(|(_, row)| !row.given) {
+        let channel = row.channel.and_then(|channel| channels.get(channel));
+        let suffix = channel.map_or_else(String::new, |channel| channel_suffix(channel));
+        let name = table.name(index);
+        let name = if name.ends_with(&suffix) { name } else { name + &suffix };
+        return Err(wrong(
+            format!("a value of every parameter of {}", fields.model),
+            format!("none of {name}"),
+        ));
+    }
+    Ok(Recorded { expression, table, data_path: fields.data.path })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    fn report() -> Value {
+        let parameter = |lobe: &str, name: &str, channel: Value, value: f64, bounds: [f64; 2]| json!({"lobe": lobe, "name": name, "channel": channel, "value": value, "bounds": bounds, "unit": "1"});
+        json!({
+            "schema": "brdfit.report/1",
+            "model": "lambert + phong",
+            "data": {"path": "a.csv", "channels": ["r", "700"]},
+            "parameters": [
+                parameter("lambert", "kd", json!("r"), 0.5, [0.0, 2.0]),
+                parameter("lambert", "kd", json!("700"), 0.25, [0.0, 2.0]),
+                parameter("phong", "ks", Value::Null, 0.125, [0.0, 1000.0]),
+                parameter("phong", "n", Value::Null, 20.0, [0.01, 1e6]),
+            ],
+        })
+    }
+
+    fn read_value(value: &Value) -> Result<Vec<Recorded>, Error> {
+        read(value.to_string().as_bytes(), Path::new("x.json"))
+    }
+
+    #[test]
+    fn values_and_sharing_come_back() {
+        let recorded = read_value(&report()).unwrap().remove(0);
+        assert_eq!(recorded.expression.canonical(), "lambert + phong");
+        let of = |channel| recorded.table.formula_values(channel);
+        assert_eq!(of(0), [(vec![], vec![0.5]), (vec![20.0], vec![0.125])]);
+        assert_eq!(of(1), [(vec![], vec![0.25]), (vec![20.0], vec![0.125])]);
+    }
+
+    #[test]
+    fn the_best_of_several_comes_first() {
+        let mut second = report();
+        second["parameters"][0]["value"] = json!(0.75);
+        let several = json!({
+            "schema": "brdfit.reports/1", "reports": [report(), second],
+            "ranking": [{"index": 1, "criterion": "cbrt", "value": 0.1}, {"index": 0, "criterion": "cbrt", "value": 0.2}],
+            "failed": [],
+        });
+        let found = read_value(&several).unwrap();
+        assert_eq!(found.len(), 2);
+        assert_eq!(found[0].table.formula_values(0)[0].1, [0.75]);
+    }
+
+    #[test]
+    fn mistakes_are_named_in_one_line() {
+        type Change = fn(&mut Value);
+        let cases: [(Change, &str); 10] = [
+            (|r| r["schema"] = json!("brdfit.report/9"), "found schema 'brdfit.report/9'"),
+            (|r| r["model"] = json!("lambrt"), "found 'lambrt'"),
+            (|r| r["model"] = json!("lambert"), "found parameter 'phong.ks'"),
+            (|r| r["model"] = Value::Null, "expected a string"),
+            (
+                |r| r["parameters"][0]["value"] = json!(2.5),
+                "lambert.kd.r: expected a value within its bounds 0..2, found 2.5",
+            ),
+            (|r| r["parameters"][0]["value"] = Value::Null, "invalid type: null"),
+            (|r| r["parameters"][1]["channel"] = json!("b"), "'b'"),
+            (
+                |r| {
+                    r["parameters"].as_array_mut().unwrap().pop();
+                },
+                "found none of phong.n",
+            ),
+            (|r| r["data"]["channels"] = json!([]), "data.channels"),
+            (|r| r["parameters"][3]["bounds"] = json!([-1.0, 5.0]), "expected a lower bound above 0"),
+        ];
+        for (change, words) in cases {
+            let mut value = report();
+            change(&mut value);
+            let message = read_value(&value).unwrap_err().to_string();
+            assert!(message.starts_with("x.json") && message.contains(words), "{words}: {message}");
+            assert!(!message.contains('\n'));
+        }
+        for text in ["{", "{}", "{\"schema\": 1}", "[]", "{\"schema\": \"brdfit.report/1\"}", "\u{0}"] {
+            let message = read(text.as_bytes(), Path::new("x.json")).unwrap_err().to_string();
+            assert!(message.starts_with("x.json:1: expected a report"), "{message}");
+        }
+    }
+}
