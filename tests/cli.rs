@@ -2002,7 +2002,7 @@ fn check_refuses_what_it_cannot_read() {
     let cases = [
         refused("nothing to check", "check", &["--help"]),
         refused("both", "check good.csv -m lambert", &["cannot be used with"]),
-        refused("values without a model", "check good.csv --set kd=1", &["--set", "good.csv"]),
+        refused("values without a model", "check good.csv --set kd=1", &["--set", "expected -m"]),
         refused("no such file", "check none.csv", &["none.csv", "cannot read"]),
         refused("no such model", "check -m lambrt", &["lambrt"]),
         refused("no such parameter", "check -m lambert --set ks=1", &["ks"]),

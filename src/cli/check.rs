@@ -26,10 +26,10 @@ pub struct Arguments {
     #[arg(short, long = "model", value_name = "EXPR")]
     model: Option<String>,
     /// Values of its parameters, P=V, per channel P.r=V; the others keep their defaults
-    #[arg(long, value_name = "P=V", num_args = 1.., requires = "model")]
+    #[arg(long, value_name = "P=V", num_args = 1..)]
     set: Vec<String>,
     /// Admit values of a parameter between these two
-    #[arg(long, value_name = "P=LO..HI", requires = "model")]
+    #[arg(long, value_name = "P=LO..HI")]
     bounds: Vec<String>,
     /// JSON instead of the table
     #[arg(long)]
@@ -49,6 +49,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             let path = PathBuf::from(expression.canonical());
             of_model(arguments, &expression, &table, None, &path)
         }
+        (None, _) if !(arguments.set.is_empty() && arguments.bounds.is_empty()) => Err(Error::Usage(
+            "--set, --bounds: expected -m EXPR, the model that has the parameters, found a file".to_owned(),
+        )),
         (None, Some(path)) if starts_as_report(path)? => {
             let bytes = std::fs::read(path).map_err(Error::read(path))?;
             let recorded = read(&bytes, path)?;

@@ -45,8 +45,8 @@ fn write_model(text: &mut String, health: &ModelHealth) -> std::fmt::Result {
         let least = &channel.least;
         writeln!(text, "  least f      {:.4e} 1/sr, at {} deg", least.value, written(&least.at_deg))?;
         let every = channel.albedo.iter().filter(|a| a.phi_i_deg == 0.0);
-        let angles: Vec<String> = every.clone().map(|a| format!("{:>8}", a.theta_i_deg)).collect();
-        let values: Vec<String> = every.map(|a| format!("{:>8}", or_dash(a.value))).collect();
+        let angles: Vec<String> = every.clone().map(|a| format!("{:>10}", a.theta_i_deg)).collect();
+        let values: Vec<String> = every.map(|a| format!("{:>10}", or_dash(a.value))).collect();
         writeln!(text, "  theta_i, deg {}\n  albedo       {}", angles.join(""), values.join(""))?;
         writeln!(text, "  furnace      {}", albedo(&channel.furnace))?;
         let e = &channel.extremes;
@@ -77,7 +77,7 @@ fn more(text: &mut String, count: usize) -> std::fmt::Result {
 }
 
 fn or_dash(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.5}"))
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.6}"))
 }
 
 fn albedo(a: &Albedo) -> String {
