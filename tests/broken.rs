@@ -36,6 +36,7 @@ fn arguments(folder: &str, path: &Path) -> Vec<String> {
             let settings = text().lines().map(str::to_owned).collect();
             [words(&["fit", "good.csv", "-m", "lambert + cook-torrance"]), settings].concat()
         }
+        "report" => vec!["check".to_owned(), path],
         _ => vec!["info".to_owned(), path],
     }
 }

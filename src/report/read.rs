@@ -99,7 +99,8 @@ fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8], path: &Path, expected: &str) -
         let line = u64::try_from(error.line()).unwrap_or(u64::MAX);
         let text = error.to_string();
         let text = text.split(" at line ").next().unwrap_or(&text).replace(char::is_control, " ");
-        Error::malformed(path, Place::Line(line), expected, text)
+        let text = text.replace("f64", "a number");
+        Error::malformed(path, Place::Line(line), expected, format!("a fault: {text}"))
     })
 }
 

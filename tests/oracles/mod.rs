@@ -39,6 +39,7 @@ pub const TARGETS: &[Target] = &[
     ("expression", expression),
     ("settings", settings),
     ("report", report),
+    ("report_read", report_read),
 ];
 
 /// What the file of a case is called.
@@ -328,4 +329,20 @@ pub fn report(bytes: &[u8]) {
     }
     check_lines(&table(&report));
     warnings(&report).iter().for_each(|text| check_message(text));
+}
+
+/// `check` of a report: the models that are read have all their parameters, within their bounds.
+pub fn report_read(bytes: &[u8]) {
+    match brdfit::report::read(bytes, Path::new(NAME)) {
+        Ok(models) => {
+            assert!(!models.is_empty());
+            for model in models {
+                for row in model.table.rows() {
+                    let (low, high) = row.bounds;
+                    assert!(row.given && (low..=high).contains(&row.value), "{row:?}");
+                }
+            }
+        }
+        Err(error) => check_refusal(&error),
+    }
 }
