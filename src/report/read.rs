@@ -1,7 +1,7 @@
 //! Reports read back: the model and its parameters.
 
 use super::{SCHEMA, SCHEMA_SEVERAL};
-use crate::error::{Error, Place, excerpt};
+use crate::error::{Error, Place, excerpt, short};
 use crate::fit::{ParameterTable, Selector, Setting, Settings, channel_suffix};
 use crate::model::{Expression, Sharing};
 use serde::Deserialize;
@@ -98,8 +98,16 @@ fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8], path: &Path, expected: &str) -
     serde_json::from_slice(bytes).map_err(|error| {
         let line = u64::try_from(error.line()).unwrap_or(u64::MAX);
         let text = error.to_string();
-        let text = text.split(" at line ").next().unwrap_or(&text).replace(char::is_control, " ");
-        let text = text.replace("f64", "a number");
+        let text = text.rsplit_once(" at line ").map_or(text.as_str(), |(text, _)| text);
+        // The types of this file mean nothing to who reads the message.
+        let text = match text.rsplit_once(", expected ") {
+            Some((found, "f64")) => format!("{}, expected a number", excerpt(found)),
+            Some((found, wanted)) if wanted.starts_with("struct ") => {
+                format!("{}, expected an object", excerpt(found))
+            }
+            Some((found, wanted)) => format!("{}, expected {}", excerpt(found), short(wanted)),
+            None => excerpt(text),
+        };
         Error::malformed(path, Place::Line(line), expected, format!("a fault: {text}"))
     })
 }
@@ -123,7 +131,7 @@ fn recorded(fields: Fields, path: &Path) -> Result<Recorded, Error> {
         let specs = lobe.map(|lobe| lobe.model.parameters()).unwrap_or_default();
         let Some(spec) = specs.iter().find(|spec| spec.name == p.name) else {
             let found = format!("parameter {}", excerpt(&format!("{}.{}", p.lobe, p.name)));
-            return Err(wrong(format!("parameters of {}", fields.model), found));
+            return Err(wrong(format!("parameters of {}", short(&fields.model)), found));
         };
         let setting = match (&p.channel, spec.sharing) {
             (Some(_), Sharing::Shared) => Some(Setting::PerChannel),
@@ -147,8 +155,8 @@ fn recorded(fields: Fields, path: &Path) -> Result<Recorded, Error> {
         let name = table.name(index);
         let name = if name.ends_with(&suffix) { name } else { name + &suffix };
         return Err(wrong(
-            format!("a value of every parameter of {}", fields.model),
-            format!("none of {name}"),
+            format!("a value of every parameter of {}", short(&fields.model)),
+            format!("none of {}", short(&name)),
         ));
     }
     Ok(Recorded { expression, table, data_path: fields.data.path })
@@ -204,7 +212,7 @@ mod tests {
     #[test]
     fn mistakes_are_named_in_one_line() {
         type Change = fn(&mut Value);
-        let cases: [(Change, &str); 10] = [
+        let cases: [(Change, &str); 11] = [
             (|r| r["schema"] = json!("brdfit.report/9"), "found schema 'brdfit.report/9'"),
             (|r| r["model"] = json!("lambrt"), "found 'lambrt'"),
             (|r| r["model"] = json!("lambert"), "found parameter 'phong.ks'"),
@@ -213,7 +221,11 @@ mod tests {
                 |r| r["parameters"][0]["value"] = json!(2.5),
                 "lambert.kd.r: expected a value within its bounds 0..2, found 2.5",
             ),
-            (|r| r["parameters"][0]["value"] = Value::Null, "invalid type: null"),
+            (
+                |r| r["parameters"][0]["value"] = Value::Null,
+                "found a fault: 'invalid type: null', expected a number",
+            ),
+            (|r| r["data"] = json!("x".repeat(5000)), "xxx...', expected an object"),
             (|r| r["parameters"][1]["channel"] = json!("b"), "'b'"),
             (
                 |r| {
@@ -229,7 +241,7 @@ mod tests {
             change(&mut value);
             let message = read_value(&value).unwrap_err().to_string();
             assert!(message.starts_with("x.json") && message.contains(words), "{words}: {message}");
-            assert!(!message.contains('\n'));
+            assert!(!message.contains('\n') && message.len() < 1000, "{message}");
         }
         for text in ["{", "{}", "{\"schema\": 1}", "[]", "{\"schema\": \"brdfit.report/1\"}", "\u{0}"] {
             let message = read(text.as_bytes(), Path::new("x.json")).unwrap_err().to_string();
