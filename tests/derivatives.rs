@@ -238,7 +238,7 @@ fn agree_with_num_dual() {
                 .enumerate()
                 .map(|(i, v)| Second(Dual64::new(*v, if i == j { 1.0 } else { 0.0 })))
                 .collect();
-            let second: Second = model.value(&g, &seeded[..shapes.len()], &seeded[shapes.len()..]);
+            let second: Second = model.value_in(&g, &seeded[..shapes.len()], &seeded[shapes.len()..]);
             let theirs = second.0.eps;
             let scale = theirs.abs().max((f / values[j]).abs());
             assert!(
@@ -262,7 +262,7 @@ fn agree_with_central_differences() {
             let at = |value: f64| {
                 let mut moved = values.clone();
                 moved[j] = value;
-                model.value::<f64>(&g, &moved[..shapes.len()], &moved[shapes.len()..])
+                model.value(&g, &moved[..shapes.len()], &moved[shapes.len()..])
             };
             // Richardson's extrapolation of two steps, each short against the steepness of the factor and the cells of
             // tables, whose cubics meet with a jump in the second derivative.

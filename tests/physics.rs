@@ -35,9 +35,8 @@ fn albedo(model: &AnyModel, shapes: &[f64], amplitudes: &[f64], theta_i: f64) ->
     edges.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
     let turns = [0.0, 0.5, 0.8, 0.95, 1.0].map(|t| t * PI);
     let ring = |theta: f64| -> f64 {
-        let at = |phi: f64| {
-            model.value::<f64>(&Geometry::new(wi, direction(theta, phi).to_array()), shapes, amplitudes)
-        };
+        let at =
+            |phi: f64| model.value(&Geometry::new(wi, direction(theta, phi).to_array()), shapes, amplitudes);
         2.0 * turns.windows(2).map(|t| rule.integrate(t[0], t[1], at)).sum::<f64>()
     };
     edges.windows(2).map(|e| rule.integrate(e[0], e[1], |t: f64| ring(t) * t.sin() * t.cos())).sum()
@@ -62,7 +61,7 @@ fn single_precision_follows_double() {
                 let double = geometry(&pair);
                 let rounded = Geometry::<f32>::new(double.wi.map(f32::literal), double.wo.map(f32::literal));
                 let f: f64 = model.value(&double, &shapes, &amplitudes);
-                let f32: f32 = model.value(&rounded, &single(&shapes), &single(&amplitudes));
+                let f32: f32 = model.value_in(&rounded, &single(&shapes), &single(&amplitudes));
                 let label = format!("{} {}", entry.name, choices.text());
                 // Rounding the directions alone moves a lobe of width 0.2 by about 1e-6/0.2 of its value,
                 // times the exponent where it is steep.
@@ -226,7 +225,7 @@ fn ward_lobes_are_related() {
     for pair in scattered_directions(200, 85.0, 21) {
         let g = geometry(&pair);
         let shapes = [0.4, 0.7];
-        let of = |model: &AnyModel| model.value::<f64>(&g, &shapes, &[1.0]);
+        let of = |model: &AnyModel| model.value(&g, &shapes, &[1.0]);
         let (ci, co) = (g.cos_i(), g.cos_o());
         let exponent = (g.h[0] / 0.4).powi(2) + (g.h[1] / 0.7).powi(2);
         let slopes = (-exponent / g.h[2].powi(2)).exp() / (4.0 * PI * 0.4 * 0.7);
@@ -303,7 +302,7 @@ fn retro_is_a_mirrored_lobe() {
         let [x, y, z] = g.wi;
         let mirrored = Geometry::new([-x, -y, z], g.wo);
         let expected: f64 = facets.value(&mirrored, &[0.3], &[0.7]);
-        assert_relative_eq!(smith.value::<f64>(&g, &[0.3], &[0.7]), expected, max_relative = 1e-12);
+        assert_relative_eq!(smith.value(&g, &[0.3], &[0.7]), expected, max_relative = 1e-12);
     }
     let min = find("retro", "d=beckmann, g=neumann");
     let peak = |degrees: f64| value(&min, &[0.1], &[1.0], (degrees, 0.0), (degrees, 0.0));

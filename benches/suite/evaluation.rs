@@ -61,14 +61,14 @@ fn row(setup: &Setup, directions: &Directions, model: &AnyModel, text: String) -
     let geometry: Vec<Geometry<f64>> = directions.iter().collect();
     let double = per_sample(setup.effort.nanoseconds(|| {
         for geometry in &geometry {
-            black_box(model.value::<f64>(black_box(geometry), &shapes, &amplitudes));
+            black_box(model.value_in(black_box(geometry), &shapes, &amplitudes));
         }
     }));
     let seeded = seeds(&shapes);
     let constants: Vec<Dual<f64, SHAPES>> = amplitudes.iter().copied().map(Dual::from_real).collect();
     let double_slopes = per_sample(setup.effort.nanoseconds(|| {
         for geometry in &geometry {
-            black_box(model.value(black_box(geometry), &seeded, &constants));
+            black_box(model.value_in(black_box(geometry), &seeded, &constants));
         }
     }));
     let geometry: Vec<Geometry<f32>> =
@@ -77,14 +77,14 @@ fn row(setup: &Setup, directions: &Directions, model: &AnyModel, text: String) -
     let amplitudes: Vec<f32> = amplitudes.iter().copied().map(narrow).collect();
     let single = per_sample(setup.effort.nanoseconds(|| {
         for geometry in &geometry {
-            black_box(model.value::<f32>(black_box(geometry), &shapes_f32, &amplitudes));
+            black_box(model.value_in::<f32>(black_box(geometry), &shapes_f32, &amplitudes));
         }
     }));
     let seeded = seeds(&shapes_f32);
     let constants: Vec<Dual<f32, SHAPES>> = amplitudes.iter().copied().map(Dual::from_real).collect();
     let single_slopes = per_sample(setup.effort.nanoseconds(|| {
         for geometry in &geometry {
-            black_box(model.value(black_box(geometry), &seeded, &constants));
+            black_box(model.value_in(black_box(geometry), &seeded, &constants));
         }
     }));
     vec![text, shapes.len().to_string(), value, derivatives, double, single, double_slopes, single_slopes]

@@ -129,12 +129,13 @@ impl Expression {
     /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes of each lobe in declared order, in
     /// formula units. 0 where either direction is not above the horizon.
     #[must_use]
-    pub fn value<T: Scalar>(&self, geometry: &Geometry<T::Real>, parameters: &[(Vec<T>, Vec<T>)]) -> T {
+    pub fn value(&self, geometry: &Geometry<f64>, parameters: &[(Vec<f64>, Vec<f64>)]) -> f64 {
         let values = self.values_in(std::slice::from_ref(geometry), parameters);
-        values.first().copied().unwrap_or_else(|| T::constant(f64::NAN))
+        values.first().copied().unwrap_or(f64::NAN)
     }
 
-    /// The BRDF at some pairs of directions, in any scalar: what [`Expression::value`] gives for each.
+    /// The BRDF at some pairs of directions, in any scalar: what [`Expression::value`] gives for each. The crate that calls
+    /// it compiles all models anew, for its scalar.
     #[must_use]
     pub fn values_in<T: Scalar>(
         &self,
@@ -144,7 +145,7 @@ impl Expression {
         let zero = T::constant(0.0);
         let mut sums = vec![zero; geometries.len()];
         for (lobe, (shapes, amplitudes)) in self.lobes.iter().zip(parameters) {
-            let values = lobe.model.values(geometries, shapes, amplitudes);
+            let values = lobe.model.values_in(geometries, shapes, amplitudes);
             sums.iter_mut().zip(values).for_each(|(sum, f)| *sum = *sum + f);
         }
         for (sum, geometry) in sums.iter_mut().zip(geometries) {

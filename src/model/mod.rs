@@ -349,18 +349,36 @@ macro_rules! models {
                 match self { $(Self::$model(m) => coefficients(m, amplitudes)),* }
             }
 
-            /// The BRDF at one pair of directions, 1/sr, in any scalar. Shapes and amplitudes in declared
-            /// order, in formula units.
+            /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes in declared order, in formula units.
+            ///
+            /// Compiled here once: [`Self::value_in`] compiles all models anew in the crate that calls it.
             #[must_use]
-            pub fn value<T: Scalar>(&self, geometry: &Geometry<T::Real>, shapes: &[T], amplitudes: &[T]) -> T {
-                let values = self.values(std::slice::from_ref(geometry), shapes, amplitudes);
+            pub fn value(&self, geometry: &Geometry<f64>, shapes: &[f64], amplitudes: &[f64]) -> f64 {
+                self.value_in(geometry, shapes, amplitudes)
+            }
+
+            /// The BRDF at one pair of directions, in any scalar.
+            #[must_use]
+            pub fn value_in<T: Scalar>(
+                &self,
+                geometry: &Geometry<T::Real>,
+                shapes: &[T],
+                amplitudes: &[T],
+            ) -> T {
+                let values = self.values_in(std::slice::from_ref(geometry), shapes, amplitudes);
                 values.first().copied().unwrap_or_else(|| T::constant(f64::NAN))
             }
 
             /// The BRDF at some pairs of directions, each as [`Self::value`] has it; what the shapes alone decide is
             /// prepared once for all.
             #[must_use]
-            pub fn values<T: Scalar>(
+            pub fn values(&self, geometries: &[Geometry<f64>], shapes: &[f64], amplitudes: &[f64]) -> Vec<f64> {
+                self.values_in(geometries, shapes, amplitudes)
+            }
+
+            /// What [`Self::values`] gives, in any scalar.
+            #[must_use]
+            pub fn values_in<T: Scalar>(
                 &self,
                 geometries: &[Geometry<T::Real>],
                 shapes: &[T],
