@@ -99,6 +99,7 @@ impl Neg for Wide {
 
 impl Add for Wide {
     type Output = Self;
+    #[inline(never)]
     fn add(self, other: Self) -> Self {
         // Knuth's two-sum of both parts: exact but for the rounding of what is left.
         let two_sum = |a: f64, b: f64| {
@@ -125,6 +126,7 @@ impl Sub for Wide {
 
 impl Mul for Wide {
     type Output = Self;
+    #[inline(never)]
     fn mul(self, other: Self) -> Self {
         let high = self.high * other.high;
         if !high.is_finite() {
@@ -138,6 +140,7 @@ impl Mul for Wide {
 
 impl Div for Wide {
     type Output = Self;
+    #[inline(never)]
     fn div(self, other: Self) -> Self {
         let first = self.high / other.high;
         // Nothing is left of a division by infinity, and nothing can be made of one by 0.
@@ -160,6 +163,7 @@ impl Scalar for Wide {
     fn value(self) -> Self {
         self
     }
+    #[inline(never)]
     fn exp(self) -> Self {
         // Beyond these f64 has no number.
         if self.high > 710.0 || self.high.is_nan() {
@@ -173,6 +177,7 @@ impl Scalar for Wide {
         #[expect(clippy::cast_possible_truncation, reason = "between -1077 and 1025")]
         (rest.exp_m1() + ONE).scaled(powers as i32)
     }
+    #[inline(never)]
     fn ln(self) -> Self {
         let start = self.high.ln();
         if self.high <= 0.0 || !start.is_finite() {
@@ -187,6 +192,7 @@ impl Scalar for Wide {
     fn ln_1p(self) -> Self {
         if self.high.abs() < 0.4 { self.ln_1p_near() } else { (self + ONE).ln() }
     }
+    #[inline(never)]
     fn sqrt(self) -> Self {
         let root = self.high.sqrt();
         if root == 0.0 || !root.is_finite() {
@@ -195,9 +201,11 @@ impl Scalar for Wide {
         let start = Self::literal(root);
         start + (self - start * start) / Self::literal(2.0 * root)
     }
+    #[inline(never)]
     fn sin(self) -> Self {
         self.sin_cos().0
     }
+    #[inline(never)]
     fn erfc(self) -> Self {
         let x = self.abs();
         let of_abs = if x.high > 27.3 || x.high.is_nan() {
@@ -239,6 +247,7 @@ impl Real for Wide {
     fn ln_of_sum(self, rest: Self) -> Self {
         (self + rest).ln()
     }
+    #[inline(never)]
     fn atan2(self, x: Self) -> Self {
         let start = self.high.atan2(x.high);
         let radius = (self * self + x * x).sqrt();
