@@ -101,12 +101,12 @@ fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8], path: &Path, expected: &str) -
         let text = text.rsplit_once(" at line ").map_or(text.as_str(), |(text, _)| text);
         // The types of this file mean nothing to who reads the message.
         let text = match text.rsplit_once(", expected ") {
-            Some((found, "f64")) => format!("{}, expected a number", excerpt(found)),
+            Some((found, "f64")) => format!("{}, expected a number", short(found)),
             Some((found, wanted)) if wanted.starts_with("struct ") => {
-                format!("{}, expected an object", excerpt(found))
+                format!("{}, expected an object", short(found))
             }
-            Some((found, wanted)) => format!("{}, expected {}", excerpt(found), short(wanted)),
-            None => excerpt(text),
+            Some((found, wanted)) => format!("{}, expected {}", short(found), short(wanted)),
+            None => short(text),
         };
         Error::malformed(path, Place::Line(line), expected, format!("a fault: {text}"))
     })
@@ -223,9 +223,9 @@ mod tests {
             ),
             (
                 |r| r["parameters"][0]["value"] = Value::Null,
-                "found a fault: 'invalid type: null', expected a number",
+                "found a fault: invalid type: null, expected a number",
             ),
-            (|r| r["data"] = json!("x".repeat(5000)), "xxx...', expected an object"),
+            (|r| r["data"] = json!("x".repeat(5000)), "xxx..., expected an object"),
             (|r| r["parameters"][1]["channel"] = json!("b"), "'b'"),
             (
                 |r| {
