@@ -11,5 +11,6 @@ pub mod measurement;
 pub mod model;
 pub mod report;
 pub mod synthetic;
+pub mod tradeoff;
 
 pub use error::Error;

@@ -141,7 +141,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 }
 
 /// So many threads; one per core if 0.
-fn threads(number: usize) -> Result<ThreadPool, Error> {
+pub fn threads(number: usize) -> Result<ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(number).build();
     pool.map_err(|e| Error::Usage(format!("--threads: {e}")))
 }

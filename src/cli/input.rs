@@ -64,8 +64,8 @@ pub struct SampleArguments {
     #[arg(long, default_value_t = 80.0, value_name = "DEG")]
     max_theta: f64,
     /// Use only so many samples, drawn evenly; `all` for every one
-    #[arg(long, value_parser = sample_count, default_value = "all", value_name = "N|all")]
-    samples: SampleCount,
+    #[arg(long, value_parser = sample_count, value_name = "N|all")]
+    samples: Option<SampleCount>,
     /// Seed of every random choice
     #[arg(long, default_value_t = 0, value_name = "N")]
     seed: u64,
@@ -114,7 +114,12 @@ impl SampleArguments {
 
     /// The number of samples, if limited.
     pub fn samples(&self) -> Option<usize> {
-        self.samples.0
+        self.samples_or(None)
+    }
+
+    /// The number of samples, if limited; `otherwise` where nothing was said of it.
+    pub fn samples_or(&self, otherwise: Option<usize>) -> Option<usize> {
+        self.samples.map_or(otherwise, |samples| samples.0)
     }
 
     /// The filters.
@@ -126,7 +131,7 @@ impl SampleArguments {
                 Weights::Uniform => Weighting::Uniform,
                 Weights::Sigma => Weighting::Sigma,
             }),
-            samples: self.samples.0,
+            samples: self.samples(),
             seed: self.seed,
         })
     }

@@ -17,6 +17,7 @@ mod progress;
 mod read_ahead;
 mod settings;
 mod synth;
+mod tradeoff;
 mod trust;
 
 use brdfit::Error;
@@ -76,6 +77,8 @@ subcommands! {
     Info: info,
     /// Check that a model or a measurement obeys physics, and how well a model computes
     Check: check,
+    /// Show what accuracy costs: models, approximations and numbers of samples
+    Tradeoff: tradeoff,
     /// Make a synthetic measurement
     Synth: synth,
     /// Find a paint's absorption and scattering from reflectances over known backings

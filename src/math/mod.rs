@@ -1,6 +1,7 @@
-//! Numbers: the scalar trait that every formula is written in, dual numbers, wide ones, elementary functions,
+//! Numbers: the scalar trait that every formula is written in, dual numbers, wide ones, counting ones, elementary functions,
 //! quadrature.
 
+mod counted;
 mod dual;
 pub(crate) mod elementary;
 mod gamma;
@@ -8,6 +9,7 @@ mod quadrature;
 mod scalar;
 mod wide;
 
+pub use counted::{Counted, Operations, counting};
 pub use dual::Dual;
 pub use gamma::ln_gamma;
 pub use quadrature::GaussLegendre;

@@ -1,0 +1,95 @@
+//! `brdfit tradeoff`: what accuracy costs.
+
+use super::fit::threads;
+use super::input::{ReadArguments, SampleArguments};
+use super::output::{Output, json};
+use super::progress::Bar;
+use super::{Outcome, remark, say};
+use brdfit::Error;
+use brdfit::fit::Options;
+use brdfit::measurement::Filters;
+use brdfit::model::Expression;
+use brdfit::tradeoff::{FIT_SAMPLES, Request, compare, csv, svg, table};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `brdfit tradeoff`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Measurement: MERL .binary, Cornell text, or CSV
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
+    /// Model expression, may be repeated; by default a ladder of models and the approximations inside one
+    #[arg(short, long = "model", value_name = "EXPR")]
+    models: Vec<String>,
+    /// Write the JSON form here too; '-' for standard output
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+    /// Write the models as CSV
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Plot error against cost
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    /// JSON on standard output instead of the table
+    #[arg(long)]
+    json: bool,
+    /// No table, no progress
+    #[arg(short, long)]
+    quiet: bool,
+    /// --samples limits what is fitted, 20000 unless given; errors are always those on all samples
+    #[command(flatten)]
+    samples: SampleArguments,
+    #[command(flatten)]
+    read: ReadArguments,
+    /// Threads; by default one per core
+    #[arg(long, value_name = "N", value_parser = super::fit::at_least_one)]
+    threads: Option<usize>,
+}
+
+/// Runs the subcommand.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let expressions: Vec<Expression> =
+        arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
+    let samples = arguments.samples.samples_or(Some(FIT_SAMPLES));
+    let options = Options {
+        metric: arguments.samples.metric(),
+        filters: Filters { samples, ..arguments.samples.filters()? },
+        seed: arguments.samples.seed(),
+        ..Options::default()
+    };
+    let to_stdout = arguments.json || arguments.output.as_deref() == Some(Path::new("-"));
+    let open = |path: &Option<PathBuf>| path.as_deref().map(Output::open).transpose();
+    let report = arguments.output.as_deref().filter(|path| *path != Path::new("-"));
+    let report = report.map(Output::open).transpose()?;
+    let (as_csv, plot) = (open(&arguments.csv)?, open(&arguments.svg)?);
+    let measurement = arguments.read.read(&arguments.input)?;
+
+    let bar = Bar::new(1, arguments.quiet);
+    bar.begin(&arguments.input);
+    let request = Request { expressions: &expressions, options: &options };
+    let found = threads(arguments.threads.unwrap_or(0))?.install(|| compare(&measurement, &request, &bar));
+    bar.finish();
+    let found = found?;
+
+    let text = json(&found)?;
+    if to_stdout {
+        say(&text)?;
+    } else if !arguments.quiet {
+        say(&table(&found))?;
+    }
+    for failure in &found.failed {
+        remark(&format!("warning: {}: {}", failure.path, failure.error));
+    }
+    if let Some(output) = report {
+        output.commit(text.as_bytes())?;
+    }
+    if let Some(output) = as_csv {
+        output.commit(&csv(&found)?)?;
+    }
+    if let Some(output) = plot {
+        output.commit(svg(&found)?.as_bytes())?;
+    }
+    let usable = found.failed.is_empty() && found.models.iter().all(|entry| entry.usable);
+    Ok(if usable { Outcome::Good } else { Outcome::NotUsable })
+}

@@ -1,0 +1,158 @@
+//! What an evaluation costs: operations, which depend on the formula alone, and nanoseconds on this machine.
+
+use crate::geometry::{Directions, Geometry, Pair};
+use crate::math::{Counted, Operations, Real, count, counting};
+use crate::model::Expression;
+use serde::Serialize;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// Shapes and amplitudes of every lobe.
+type Values<T> = Vec<(Vec<T>, Vec<T>)>;
+
+/// The median of repeated timings, and the quartiles.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Spread {
+    /// Half of the timings are below.
+    pub median: f64,
+    /// A quarter are below.
+    pub low: f64,
+    /// A quarter are above.
+    pub high: f64,
+}
+
+/// Nanoseconds for one evaluation: one channel at one pair of directions whose cosines are known, what the
+/// parameters alone decide having been prepared.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Nanoseconds {
+    /// One after the other in double precision.
+    pub scalar_f64: Spread,
+    /// The same in single precision.
+    pub scalar_f32: Spread,
+    /// In blocks of 128 in double precision, with the processor's vector instructions.
+    pub blocks_f64: Spread,
+}
+
+/// What an evaluation costs.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Cost {
+    /// Operations of one evaluation, by kind.
+    pub operations: Operations,
+    /// The same in units of a sum: quotients and roots count 4, transcendental functions 25.
+    pub weighted: u64,
+    /// What is done once for a set of parameters, in the same units; table building included.
+    pub prepared_once: u64,
+    /// On this machine; differs from run to run.
+    pub time_ns: Nanoseconds,
+}
+
+/// How long one series of evaluations is repeated at least.
+const SERIES: Duration = Duration::from_millis(2);
+/// How many series are timed.
+const REPEATS: usize = 9;
+/// Evaluations in a call: the preparation is measured apart, and is small beside so many.
+const PAIRS: usize = 2048;
+
+/// Counts and times evaluations with the parameters of one channel at `pairs`.
+pub(super) fn cost(expression: &Expression, values: &Values<f64>, pairs: &[Pair]) -> Cost {
+    let pairs: Vec<Pair> = pairs.iter().copied().cycle().take(PAIRS).collect();
+    let (operations, once) = counted(expression, values, &pairs);
+    Cost {
+        operations,
+        weighted: operations.weighted(),
+        prepared_once: once.weighted(),
+        time_ns: Nanoseconds {
+            scalar_f64: scalar::<f64>(expression, values, &pairs),
+            scalar_f32: scalar::<f32>(expression, values, &pairs),
+            blocks_f64: blocks(expression, values, pairs),
+        },
+    }
+}
+
+/// The operations of one evaluation, and those done once for the parameters.
+pub(super) fn counted(
+    expression: &Expression,
+    values: &Values<f64>,
+    pairs: &[Pair],
+) -> (Operations, Operations) {
+    let values = converted::<Counted>(values);
+    let of = |number: usize| {
+        let pairs: Vec<Pair> = pairs.iter().copied().cycle().take(number).collect();
+        let geometries = geometries::<Counted>(&pairs);
+        counting(|| expression.values_in(&geometries, &values)).1
+    };
+    let (once, twice) = (of(1), of(2));
+    let each = twice.beyond(&once);
+    (each, once.beyond(&each))
+}
+
+/// The values of a model in single precision, of parameters and directions rounded to it.
+pub(super) fn in_single_precision(expression: &Expression, values: &Values<f64>, pairs: &[Pair]) -> Vec<f64> {
+    let found = expression.values_in(&geometries::<f32>(pairs), &converted::<f32>(values));
+    found.into_iter().map(f64::from).collect()
+}
+
+fn geometries<R: Real>(pairs: &[Pair]) -> Vec<Geometry<R>> {
+    let of = |pair: &Pair| [pair.wi, pair.wo].map(|w| w.to_array().map(R::literal));
+    pairs.iter().map(of).map(|[wi, wo]| Geometry::new(wi, wo)).collect()
+}
+
+fn converted<R: Real>(values: &Values<f64>) -> Values<R> {
+    let each = |values: &[f64]| values.iter().map(|value| R::literal(*value)).collect();
+    values.iter().map(|(shapes, amplitudes)| (each(shapes), each(amplitudes))).collect()
+}
+
+fn scalar<R: Real>(expression: &Expression, values: &Values<f64>, pairs: &[Pair]) -> Spread {
+    let (geometries, values) = (geometries::<R>(pairs), converted::<R>(values));
+    let one = geometries.get(..1).unwrap_or_default();
+    per_evaluation(
+        geometries.len(),
+        || drop(black_box(expression.values_in(black_box(&geometries), &values))),
+        || drop(black_box(expression.values_in(black_box(one), &values))),
+    )
+}
+
+fn blocks(expression: &Expression, values: &Values<f64>, pairs: Vec<Pair>) -> Spread {
+    let parameters = [values.clone()];
+    let few = Directions::Scattered(pairs.iter().copied().take(1).collect());
+    let evaluations = pairs.len();
+    let all = Directions::Scattered(pairs);
+    per_evaluation(
+        evaluations,
+        || drop(black_box(expression.values(black_box(&all), &parameters))),
+        || drop(black_box(expression.values(black_box(&few), &parameters))),
+    )
+}
+
+/// Nanoseconds for one of the `evaluations` that `all` makes and `one` makes one of, both with the same preparation.
+fn per_evaluation(evaluations: usize, mut all: impl FnMut(), mut one: impl FnMut()) -> Spread {
+    let (repeats, repeats_of_one) = (enough(&mut all), enough(&mut one));
+    let mut found: Vec<f64> = (0..REPEATS)
+        .map(|_| {
+            let whole = series(&mut all, repeats) - series(&mut one, repeats_of_one);
+            (whole / count(evaluations.saturating_sub(1).max(1)) * 1e9).max(0.0)
+        })
+        .collect();
+    found.sort_by(f64::total_cmp);
+    let at = |share: usize| found.get(share * (REPEATS - 1) / 4).copied().unwrap_or(0.0);
+    Spread { median: at(2), low: at(1), high: at(3) }
+}
+
+/// How many calls take [`SERIES`]. The first warms the caches.
+fn enough(work: &mut impl FnMut()) -> u32 {
+    work();
+    let mut repeats = 1;
+    while series(work, repeats) * f64::from(repeats) < SERIES.as_secs_f64() && repeats < 1 << 20 {
+        repeats *= 2;
+    }
+    repeats
+}
+
+/// Seconds that a call takes, the mean of `repeats`.
+fn series(work: &mut impl FnMut(), repeats: u32) -> f64 {
+    let started = Instant::now();
+    for _ in 0..repeats {
+        work();
+    }
+    started.elapsed().as_secs_f64() / f64::from(repeats)
+}

@@ -1,0 +1,400 @@
+//! `brdfit tradeoff`: what accuracy costs. Models from one number to none of a form, the approximations inside one model, and
+//! the number of samples, each with its errors and what an evaluation of it takes.
+//!
+//! docs/tradeoff.md describes what is measured and the JSON form field by field.
+
+mod cost;
+mod ladder;
+mod plot;
+mod text;
+
+pub use cost::{Cost, Nanoseconds, Spread};
+pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut};
+pub use plot::svg;
+pub use text::{csv, table};
+
+use crate::error::Error;
+use crate::fit::{ErrorTable, Errors, Fit, Metric, Options, Progress, Quiet, Status, fit, score};
+use crate::geometry::{Directions, Pair};
+use crate::measurement::{Draws, Filters, Measurement, Samples};
+use crate::model::Expression;
+use crate::report::{ErrorRecord, Failure};
+use glam::DVec3;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Name of the schema.
+pub const SCHEMA: &str = "brdfit.tradeoff/1";
+/// Samples that the fits of the ladder use where no other number is asked for. Errors are those on all samples.
+pub const FIT_SAMPLES: usize = 20_000;
+/// Share of the angles of incidence that the second fit of every model does not see.
+pub const HOLD_OUT: f64 = 0.2;
+/// Pairs of directions that single precision and approximations are compared at.
+const COMPARED: usize = 4000;
+
+/// What accuracy costs for one measurement.
+#[derive(Clone, Debug, Serialize)]
+pub struct Tradeoff {
+    /// `brdfit.tradeoff/1`.
+    pub schema: &'static str,
+    /// Version of the program.
+    pub version: &'static str,
+    /// What was measured.
+    pub data: Data,
+    /// The metric that fits minimise, and that the front is drawn in: l2, log or cbrt.
+    pub metric: &'static str,
+    /// Samples that each fit of `models` and `approximations` uses; null for all.
+    pub fit_samples: Option<usize>,
+    /// Seed of every draw.
+    pub seed: u64,
+    /// Every model, in the order asked for.
+    pub models: Vec<Entry>,
+    /// Approximations inside one model; empty where models were named.
+    pub approximations: Vec<Approximation>,
+    /// Fits of the model with the least error to parts of the samples.
+    pub samples: Budgets,
+    /// Models that could not be fitted.
+    pub failed: Vec<Failure>,
+}
+
+/// What was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Data {
+    /// The file as it was named.
+    pub path: String,
+    /// Its format.
+    pub format: &'static str,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+    /// Names of the channels.
+    pub channels: Vec<String>,
+    /// Samples that errors are measured on.
+    pub used: usize,
+}
+
+/// One model.
+#[derive(Clone, Debug, Serialize)]
+pub struct Entry {
+    /// The expression with every choice spelled out.
+    pub model: String,
+    /// Numbers to store: the parameters that are neither fixed nor tied, of all channels.
+    pub parameters: usize,
+    /// What an evaluation costs.
+    pub cost: Cost,
+    /// Every error on all samples.
+    pub errors: ErrorRecord,
+    /// Every error on angles of incidence that a second fit has not seen; null where there are too few angles.
+    pub held_out: Option<ErrorRecord>,
+    /// How far the model in single precision is from itself in double: root of the summed squares of the difference of
+    /// f cos(theta_i) over that of f cos(theta_i).
+    pub single_precision: f64,
+    /// Whether the fit is usable.
+    pub usable: bool,
+    /// Whether no other usable model has both less cost and less error.
+    pub on_front: bool,
+    /// How long the first fit took, seconds; differs from run to run.
+    pub fit_s: f64,
+}
+
+/// An exact form and one that stands in for it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Approximation {
+    /// What is replaced by what.
+    pub name: &'static str,
+    /// The expression with the exact form.
+    pub exact: String,
+    /// The same with the other.
+    pub approximate: String,
+    /// Weighted operations of both.
+    pub weighted: [u64; 2],
+    /// The metric's error of both, each fitted.
+    pub errors: [f64; 2],
+    /// How far the other is from the exact one at the exact one's parameters, like `single_precision`: what a renderer sees
+    /// that takes one for the other without a fit. Null where a parameter is another one.
+    pub unfitted: Option<f64>,
+}
+
+/// Fits to parts of the samples.
+#[derive(Clone, Debug, Serialize)]
+pub struct Budgets {
+    /// The model.
+    pub model: Option<String>,
+    /// One fit per number of samples, the last with all.
+    pub fits: Vec<Budget>,
+}
+
+/// A fit to some of the samples.
+#[derive(Clone, Debug, Serialize)]
+pub struct Budget {
+    /// How many.
+    pub samples: usize,
+    /// The metric's error on all samples.
+    pub error: f64,
+    /// How long the fit took, seconds; differs from run to run.
+    pub fit_s: f64,
+}
+
+/// What to compare and how.
+pub struct Request<'a> {
+    /// The models; [`LADDER`] and [`SHORTCUTS`] if none.
+    pub expressions: &'a [Expression],
+    /// Metric, filters, settings, seed and deadline of the fits; `filters.samples` is the number of samples that each fit uses.
+    pub options: &'a Options,
+}
+
+/// A fit and its errors on all samples.
+struct Fitted {
+    expression: Expression,
+    fit: Fit,
+    errors: ErrorTable,
+    seconds: f64,
+}
+
+/// The comparisons under way.
+struct Comparison<'a> {
+    measurement: &'a Measurement,
+    options: &'a Options,
+    /// All of them.
+    samples: &'a Samples,
+    /// Where costs and approximations are evaluated.
+    pairs: Vec<Pair>,
+    /// What is fitted already, by canonical expression.
+    fits: BTreeMap<String, Result<Arc<Fitted>, String>>,
+}
+
+/// Fits, counts and times.
+///
+/// # Errors
+/// [`Error::NoSamples`] and [`Error::Usage`] as in [`fit`], where no model can be fitted.
+pub fn compare(
+    measurement: &Measurement,
+    request: &Request<'_>,
+    progress: &dyn Progress,
+) -> Result<Tradeoff, Error> {
+    let options = request.options;
+    let samples = Samples::select(measurement, &Filters { samples: None, ..options.filters.clone() })?;
+    let mut work = Comparison {
+        measurement,
+        options,
+        samples: &samples,
+        pairs: pairs(&samples, options.seed),
+        fits: BTreeMap::new(),
+    };
+    let ladder: Vec<Expression> = match request.expressions {
+        [] => LADDER.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?,
+        named => named.to_vec(),
+    };
+    let mut models = Vec::new();
+    for (index, expression) in ladder.iter().enumerate() {
+        progress.stage(&format!("model {} of {}: {}", index + 1, ladder.len(), expression.canonical()));
+        models.extend(work.entry(expression));
+    }
+    mark_front(&mut models, options.metric);
+    let mut approximations = Vec::new();
+    if request.expressions.is_empty() {
+        for shortcut in SHORTCUTS {
+            progress.stage(shortcut.name);
+            approximations.extend(work.approximation(shortcut)?);
+        }
+    }
+    let failed = work.failures();
+    if let ([], [first, ..]) = (models.as_slice(), failed.as_slice()) {
+        return Err(Error::Usage(first.error.clone()));
+    }
+    let samples = work.budgets(&models, progress)?;
+    Ok(Tradeoff {
+        schema: SCHEMA,
+        version: env!("CARGO_PKG_VERSION"),
+        data: Data {
+            path: measurement.source.path.display().to_string(),
+            format: measurement.source.format,
+            sha256: measurement.source.sha256.clone(),
+            channels: measurement.channels.iter().map(|channel| channel.name.clone()).collect(),
+            used: work.samples.len(),
+        },
+        metric: options.metric.name(),
+        fit_samples: options.filters.samples,
+        seed: options.seed,
+        models,
+        approximations,
+        samples,
+        failed,
+    })
+}
+
+impl Comparison<'_> {
+    /// Fits `expression` to `samples` of the samples.
+    fn fit(&self, expression: &Expression, samples: Option<usize>) -> Result<Fitted, Error> {
+        let mut options = self.options.clone();
+        options.filters.samples = samples;
+        let started = Instant::now();
+        let fit = fit(self.measurement, expression, &options, &(Arc::new(Quiet) as Arc<dyn Progress>))?;
+        let seconds = started.elapsed().as_secs_f64();
+        let errors = score(expression, self.samples, &fit.table);
+        Ok(Fitted { expression: expression.clone(), fit, errors, seconds })
+    }
+
+    /// The fit of `expression`, made once.
+    fn fitted(&mut self, expression: &Expression) -> Option<Arc<Fitted>> {
+        let name = expression.canonical();
+        if let Some(known) = self.fits.get(&name) {
+            return known.as_ref().ok().cloned();
+        }
+        let found = self.fit(expression, self.options.filters.samples);
+        let found = found.map(Arc::new).map_err(|error| error.to_string());
+        self.fits.insert(name, found.clone());
+        found.ok()
+    }
+
+    /// Errors on angles of incidence that the fit has not seen.
+    fn held_out(&self, expression: &Expression) -> Option<Errors> {
+        let options = Options { hold_out: Some(HOLD_OUT), ..self.options.clone() };
+        let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
+        fit(self.measurement, expression, &options, &quiet).ok()?.held_out.map(|held_out| held_out.errors)
+    }
+
+    fn entry(&mut self, expression: &Expression) -> Option<Entry> {
+        let fitted = self.fitted(expression)?;
+        let Fitted { fit, errors, seconds, .. } = fitted.as_ref();
+        let values = fit.table.formula_values(0);
+        let double = self.values(&fitted);
+        let single = cost::in_single_precision(expression, &values, &self.pairs);
+        Some(Entry {
+            model: expression.canonical(),
+            parameters: stored(fit),
+            cost: cost::cost(expression, &values, &self.pairs),
+            errors: (&errors.all).into(),
+            held_out: self.held_out(expression).as_ref().map(ErrorRecord::from),
+            single_precision: self.distance(&single, &double),
+            usable: fit.unusable.is_none(),
+            on_front: false,
+            fit_s: *seconds,
+        })
+    }
+
+    /// The first channel at the directions of comparison.
+    fn values(&self, fitted: &Fitted) -> Vec<f64> {
+        let directions = Directions::Scattered(self.pairs.clone());
+        let values = fitted.expression.values(&directions, &[fitted.fit.table.formula_values(0)]);
+        values.into_iter().next().unwrap_or_default()
+    }
+
+    /// Root of the summed squares of the difference of f cos(theta_i) over that of `reference`.
+    fn distance(&self, found: &[f64], reference: &[f64]) -> f64 {
+        let (mut difference, mut size) = (0.0, 0.0);
+        for ((found, reference), pair) in found.iter().zip(reference).zip(&self.pairs) {
+            difference += ((found - reference) * pair.wi.z).powi(2);
+            size += (reference * pair.wi.z).powi(2);
+        }
+        if size > 0.0 { (difference / size).sqrt() } else { 0.0 }
+    }
+
+    fn approximation(&mut self, shortcut: &Shortcut) -> Result<Option<Approximation>, Error> {
+        let (exact, approximate) =
+            (Expression::parse(shortcut.exact)?, Expression::parse(shortcut.approximate)?);
+        let (Some(of_exact), Some(of_other)) = (self.fitted(&exact), self.fitted(&approximate)) else {
+            return Ok(None);
+        };
+        let metric = self.options.metric;
+        let weighted = [&of_exact, &of_other].map(|fitted| {
+            cost::counted(&fitted.expression, &fitted.fit.table.formula_values(0), &self.pairs).0.weighted()
+        });
+        let unfitted = with_parameters_of(&of_other, &of_exact)
+            .map(|swapped| self.distance(&self.values(&swapped), &self.values(&of_exact)));
+        Ok(Some(Approximation {
+            name: shortcut.name,
+            exact: exact.canonical(),
+            approximate: approximate.canonical(),
+            weighted,
+            errors: [&of_exact, &of_other].map(|fitted| in_metric(&fitted.errors.all, metric)),
+            unfitted,
+        }))
+    }
+
+    /// Fits of the best model to ever more samples.
+    fn budgets(&self, models: &[Entry], progress: &dyn Progress) -> Result<Budgets, Error> {
+        let metric = self.options.metric;
+        let usable = models.iter().filter(|entry| entry.usable);
+        let best = usable.min_by(|a, b| recorded(&a.errors, metric).total_cmp(&recorded(&b.errors, metric)));
+        let mut fits = Vec::new();
+        if let Some(best) = best {
+            let expression = Expression::parse(&best.model)?;
+            let all = self.samples.len();
+            for samples in BUDGETS.into_iter().filter(|budget| *budget < all).chain([all]) {
+                progress.stage(&format!("{samples} samples of {all}"));
+                // Too few for the model's parameters, or all at one angle: there is no such fit.
+                let Ok(fitted) = self.fit(&expression, Some(samples)) else { continue };
+                let error = in_metric(&fitted.errors.all, metric);
+                fits.push(Budget { samples, error, fit_s: fitted.seconds });
+            }
+        }
+        Ok(Budgets { model: best.map(|entry| entry.model.clone()), fits })
+    }
+
+    fn failures(&self) -> Vec<Failure> {
+        let failed = self.fits.iter().filter_map(|(model, found)| Some((model, found.as_ref().err()?)));
+        failed.map(|(model, error)| Failure { path: model.clone(), error: error.clone() }).collect()
+    }
+}
+
+/// Some of the directions of the samples.
+fn pairs(samples: &Samples, seed: u64) -> Vec<Pair> {
+    let part = Draws::new(samples).part(COMPARED, seed);
+    let pair = |w: [f64; 3]| DVec3::from_array(w);
+    part.directions.iter().map(|g| Pair { wi: pair(g.wi), wo: pair(g.wo) }).collect()
+}
+
+/// The parameters that are neither fixed nor tied.
+fn stored(fit: &Fit) -> usize {
+    fit.table.rows().iter().filter(|row| !matches!(row.status, Status::Fixed | Status::Tied(_))).count()
+}
+
+/// The model of `to` with the parameters of `from`; none unless both have the same.
+fn with_parameters_of(to: &Fitted, from: &Fitted) -> Option<Fitted> {
+    let mut fit = to.fit.clone();
+    if fit.table.rows().len() != from.fit.table.rows().len() {
+        return None;
+    }
+    for (index, row) in from.fit.table.rows().iter().enumerate() {
+        if fit.table.name(index) != from.fit.table.name(index) {
+            return None;
+        }
+        fit.table.set_value(index, row.value);
+    }
+    Some(Fitted { expression: to.expression.clone(), fit, errors: to.errors.clone(), seconds: 0.0 })
+}
+
+/// The error that the metric names.
+fn in_metric(errors: &Errors, metric: Metric) -> f64 {
+    match metric {
+        Metric::L2 => errors.l2,
+        Metric::Log => errors.log,
+        Metric::Cbrt => errors.cbrt,
+    }
+}
+
+/// The same of a record; infinite where there is none.
+fn recorded(errors: &ErrorRecord, metric: Metric) -> f64 {
+    recorded_in(errors, metric.name()).unwrap_or(f64::INFINITY)
+}
+
+/// The error that is called `metric`.
+fn recorded_in(errors: &ErrorRecord, metric: &str) -> Option<f64> {
+    let all = [("l2", errors.l2), ("log", errors.log), ("cbrt", errors.cbrt)];
+    all.into_iter().find(|(name, _)| *name == metric).and_then(|(_, error)| error)
+}
+
+/// Marks the usable models that no other beats in both cost and error. Costs are operations, which are the same everywhere.
+fn mark_front(models: &mut [Entry], metric: Metric) {
+    let points: Vec<(u64, f64, bool)> =
+        models.iter().map(|m| (m.cost.weighted, recorded(&m.errors, metric), m.usable)).collect();
+    for (entry, (cost, error, usable)) in models.iter_mut().zip(&points) {
+        let beaten = points.iter().any(|(other_cost, other_error, other_usable)| {
+            let no_worse = other_cost <= cost && other_error <= error;
+            *other_usable && no_worse && (other_cost < cost || other_error < error)
+        });
+        entry.on_front = *usable && !beaten;
+    }
+}

@@ -1,0 +1,143 @@
+//! The comparison as a table for people, and as CSV.
+
+use super::{Entry, Tradeoff, recorded_in};
+use crate::error::Error;
+use std::fmt::Write as _;
+
+/// The comparison as a table, ending in a newline.
+#[must_use]
+pub fn table(found: &Tradeoff) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_table(&mut text, found);
+    text
+}
+
+fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
+    let metric = found.metric;
+    let data = &found.data;
+    writeln!(text, "{}: {} samples, {}", data.path, data.used, data.channels.join(" "))?;
+    let fitted = found.fit_samples.filter(|samples| *samples < data.used);
+    let fitted = fitted.map_or_else(|| "all".to_owned(), |samples| samples.to_string());
+    writeln!(text, "each fitted to {fitted} of them in {metric}; errors are those on all\n")?;
+    writeln!(
+        text,
+        "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>11} {:>11} {:>8} {:>8}  model",
+        "", "cost", "f64", "f32", "blocks", "stored", metric, "held out", "f32 off", "fit"
+    )?;
+    writeln!(
+        text,
+        "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>11} {:>11} {:>8} {:>8}",
+        "", "op", "ns", "ns", "ns", "", "", "", "", "s"
+    )?;
+    for entry in &found.models {
+        let mark = if entry.on_front { "*" } else { "" };
+        let ns = &entry.cost.time_ns;
+        let unusable = if entry.usable { "" } else { "  (not usable)" };
+        writeln!(
+            text,
+            "{mark:<2}{:>7} {:>8.1} {:>8.1} {:>8.1} {:>6} {:>11} {:>11} {:>8.0e} {:>8.2}  {}{unusable}",
+            entry.cost.weighted,
+            ns.scalar_f64.median,
+            ns.scalar_f32.median,
+            ns.blocks_f64.median,
+            entry.parameters,
+            number(recorded_in(&entry.errors, metric)),
+            number(entry.held_out.as_ref().and_then(|errors| recorded_in(errors, metric))),
+            entry.single_precision,
+            entry.fit_s,
+            entry.model,
+        )?;
+    }
+    writeln!(text, "\n* no model has both less cost and less error")?;
+    if !found.approximations.is_empty() {
+        writeln!(text, "\n{:>9} {:>11} {:>11} {:>9}  approximation", "cost", metric, "", "unfitted")?;
+        for a in &found.approximations {
+            let [exact, other] = a.weighted;
+            let [error, error_of_other] = a.errors;
+            let unfitted =
+                a.unfitted.map_or_else(|| "-".to_owned(), |distance| format!("{:.2} %", 100.0 * distance));
+            writeln!(
+                text,
+                "{:>9} {:>11} {:>11} {unfitted:>9}  {}",
+                format!("{exact}>{other}"),
+                number(Some(error)),
+                number(Some(error_of_other)),
+                a.name
+            )?;
+        }
+    }
+    if let Some(model) = &found.samples.model {
+        writeln!(text, "\n{:>9} {:>11} {:>8}  {model}", "samples", metric, "fit, s")?;
+        for fit in &found.samples.fits {
+            writeln!(text, "{:>9} {:>11} {:>8.2}", fit.samples, number(Some(fit.error)), fit.fit_s)?;
+        }
+    }
+    Ok(())
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4e}"))
+}
+
+/// The models as CSV, one line each.
+///
+/// # Errors
+/// None in practice: memory can be written.
+pub fn csv(found: &Tradeoff) -> Result<Vec<u8>, Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let failed = |error: &dyn std::fmt::Display| Error::Usage(format!("the CSV cannot be written: {error}"));
+    let header = [
+        "model",
+        "parameters",
+        "cost",
+        "sums",
+        "products",
+        "choices",
+        "quotients",
+        "roots",
+        "transcendental",
+        "prepared_once",
+        "scalar_f64_ns",
+        "scalar_f32_ns",
+        "blocks_f64_ns",
+        "l2",
+        "log",
+        "cbrt",
+        "log_ratio",
+        "relative",
+        "held_out_l2",
+        "held_out_log",
+        "held_out_cbrt",
+        "held_out_log_ratio",
+        "held_out_relative",
+        "single_precision",
+        "usable",
+        "on_front",
+        "fit_s",
+    ];
+    writer.write_record(header).map_err(|e| failed(&e))?;
+    for entry in &found.models {
+        writer.write_record(record(entry)).map_err(|e| failed(&e))?;
+    }
+    writer.into_inner().map_err(|e| failed(&e))
+}
+
+fn record(entry: &Entry) -> Vec<String> {
+    let (o, ns) = (&entry.cost.operations, &entry.cost.time_ns);
+    let errors = |errors: Option<&crate::report::ErrorRecord>| {
+        let all = errors.map_or([None; 5], |e| [e.l2, e.log, e.cbrt, e.log_ratio, e.relative]);
+        all.map(|error| error.map_or_else(String::new, |error| error.to_string()))
+    };
+    let mut cells = vec![entry.model.clone(), entry.parameters.to_string(), entry.cost.weighted.to_string()];
+    let counts = [o.sums, o.products, o.choices, o.quotients, o.roots, o.transcendental];
+    cells.extend(counts.map(|count| count.to_string()));
+    cells.push(entry.cost.prepared_once.to_string());
+    cells.extend([ns.scalar_f64, ns.scalar_f32, ns.blocks_f64].map(|spread| spread.median.to_string()));
+    cells.extend(errors(Some(&entry.errors)));
+    cells.extend(errors(entry.held_out.as_ref()));
+    cells.push(entry.single_precision.to_string());
+    cells.extend([entry.usable, entry.on_front].map(|flag| flag.to_string()));
+    cells.push(entry.fit_s.to_string());
+    cells
+}
