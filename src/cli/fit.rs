@@ -9,7 +9,7 @@ use super::settings::SettingArguments;
 use super::trust::TrustArguments;
 use super::{Outcome, complain, say, show};
 use brdfit::Error;
-use brdfit::fit::{Options, Progress, Termination, fit};
+use brdfit::fit::{Options, Progress, Termination};
 use brdfit::model::Expression;
 use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
 use clap::Args;
@@ -265,23 +265,26 @@ impl Run<'_> {
         let fit_one = |expression| {
             let fitting = Instant::now();
             let progress: Arc<dyn Progress> = Arc::clone(&self.bar) as Arc<dyn Progress>;
-            let fitted = fit(measurement, expression, options, &progress)?;
+            let fitted = arguments.trust.fit(measurement, expression, options, &progress)?;
             let fit = fitting.elapsed().as_secs_f64();
             let threads = rayon::current_num_threads();
             let circumstances = Circumstances {
                 metric: options.metric,
                 max_theta_deg: options.filters.max_theta_deg,
-                options: arguments.trust.record(arguments.loss.record(
+                options: arguments.trust.record(
                     &fitted,
-                    OptionRecord {
-                        samples: arguments.samples.samples(),
-                        seed: options.seed,
-                        merl_bins: arguments.read.merl_bins(),
-                        timeout_s: arguments.timeout,
-                        parameters: arguments.settings.as_given(),
-                        ..OptionRecord::default()
-                    },
-                )),
+                    arguments.loss.record(
+                        &fitted,
+                        OptionRecord {
+                            samples: arguments.samples.samples(),
+                            seed: options.seed,
+                            merl_bins: arguments.read.merl_bins(),
+                            timeout_s: arguments.timeout,
+                            parameters: arguments.settings.as_given(),
+                            ..OptionRecord::default()
+                        },
+                    ),
+                ),
                 times: Times { read: *read, fit, total: read + fit, threads },
                 fitted: true,
             };

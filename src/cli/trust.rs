@@ -1,9 +1,15 @@
-//! Options about how a fit is made and judged: samples held out, resampled errors, other solvers.
+//! Options about how a fit is made and judged: samples held out, resampled errors, other solvers, budgets.
 
 use brdfit::Error;
-use brdfit::fit::{Options, SolverKind, Uncertainty, checked_fraction};
+use brdfit::fit::{
+    Budget, Fit, Options, Progress, SolverKind, Uncertainty, checked_fraction, checked_target, fit,
+    fit_to_target, fit_within,
+};
+use brdfit::measurement::Measurement;
+use brdfit::model::Expression;
 use brdfit::report::OptionRecord;
 use clap::{Args, ValueEnum};
+use std::sync::Arc;
 
 /// How a fit is made and judged.
 #[derive(Args)]
@@ -17,6 +23,29 @@ pub struct TrustArguments {
     /// What minimises in the final fit; all but the first serve to compare
     #[arg(long, value_enum, default_value_t = SolverName::LevenbergMarquardt, value_name = "NAME")]
     solver: SolverName,
+    /// Samples and iterations: fast 2000 and 60, balanced 20000 and 120, full all and 300
+    #[arg(long, value_enum, value_name = "NAME", conflicts_with_all = ["samples", "target_error"])]
+    budget: Option<BudgetName>,
+    /// Fit within the cheapest budget that reaches this error on all samples
+    #[arg(long, value_name = "E", conflicts_with = "samples")]
+    target_error: Option<f64>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum BudgetName {
+    Fast,
+    Balanced,
+    Full,
+}
+
+impl From<BudgetName> for Budget {
+    fn from(name: BudgetName) -> Self {
+        match name {
+            BudgetName::Fast => Self::Fast,
+            BudgetName::Balanced => Self::Balanced,
+            BudgetName::Full => Self::Full,
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -56,6 +85,7 @@ impl From<UncertaintyName> for Uncertainty {
 impl TrustArguments {
     /// The fit's options with these.
     pub fn apply(&self, options: Options) -> Result<Options, Error> {
+        self.target_error.map(checked_target).transpose()?;
         Ok(Options {
             hold_out: self.hold_out.map(checked_fraction).transpose()?,
             uncertainty: self.uncertainty.into(),
@@ -64,9 +94,27 @@ impl TrustArguments {
         })
     }
 
+    /// Fits as the budget or the target asks.
+    pub fn fit(
+        &self,
+        measurement: &Measurement,
+        expression: &Expression,
+        options: &Options,
+        progress: &Arc<dyn Progress>,
+    ) -> Result<Fit, Error> {
+        match (self.target_error, self.budget) {
+            (Some(target), _) => fit_to_target(target, measurement, expression, options, progress),
+            (None, Some(name)) => fit_within(name.into(), measurement, expression, options, progress),
+            (None, None) => fit(measurement, expression, options, progress),
+        }
+    }
+
     /// The record of the options with these.
-    pub fn record(&self, record: OptionRecord) -> OptionRecord {
+    pub fn record(&self, fitted: &Fit, record: OptionRecord) -> OptionRecord {
         OptionRecord {
+            samples: fitted.budget.map_or(record.samples, Budget::samples),
+            budget: fitted.budget.map(Budget::name),
+            target_error: self.target_error,
             hold_out: self.hold_out,
             solver: Some(SolverKind::from(self.solver).name()),
             uncertainty: Some(Uncertainty::from(self.uncertainty).name()),

@@ -27,6 +27,18 @@ pub struct Errors {
     pub relative: Option<f64>,
 }
 
+impl Errors {
+    /// The error that a fit in `metric` makes small.
+    #[must_use]
+    pub fn in_metric(&self, metric: Metric) -> f64 {
+        match metric {
+            Metric::L2 => self.l2,
+            Metric::Log => self.log,
+            Metric::Cbrt => self.cbrt,
+        }
+    }
+}
+
 /// Errors of all channels together and of each.
 #[derive(Clone, Debug)]
 pub struct ErrorTable {

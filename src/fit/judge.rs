@@ -96,6 +96,8 @@ impl Task<'_> {
             },
             loss_scale: robust.then_some(found.objective.scale),
             errors,
+            budget: None,
+            errors_on_all: None,
             held_out: None,
             covariance,
             resampled,

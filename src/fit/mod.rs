@@ -5,6 +5,7 @@ mod arrow;
 mod block_matrix;
 mod bootstrap;
 mod bounded_step;
+mod budget;
 mod coarse;
 mod coarse_to_fine;
 mod errors;
@@ -30,6 +31,7 @@ mod uncertainty;
 mod warnings;
 
 pub use bootstrap::{Resampled, Uncertainty};
+pub use budget::{Budget, checked_target, fit_to_target, fit_within};
 pub use errors::{ErrorTable, Errors, score};
 pub use hold_out::{HeldOut, checked_fraction};
 pub use judge::Selection;

@@ -2,8 +2,9 @@
 
 use super::absent::past_absent_lobes;
 use super::bootstrap::{self, Resampled, Uncertainty};
+use super::budget::Budget;
 use super::coarse_to_fine::Remembered;
-use super::errors::ErrorTable;
+use super::errors::{ErrorTable, Errors};
 use super::hold_out::{self, HeldOut};
 use super::judge::Selection;
 use super::least_squares::LeastSquares;
@@ -104,6 +105,10 @@ pub struct Fit {
     pub dropped: BTreeMap<&'static str, usize>,
     /// Every error.
     pub errors: ErrorTable,
+    /// The budget that it was made within, where there was one.
+    pub budget: Option<Budget>,
+    /// Every error on all samples that pass the filters, where there was a budget.
+    pub errors_on_all: Option<Errors>,
     /// Covariance of the free parameters.
     pub covariance: Option<Covariance>,
     /// The fits repeated on resampled angles of incidence, where the covariance is theirs.

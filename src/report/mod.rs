@@ -46,6 +46,8 @@ pub struct Report {
     pub correlation: Option<Correlation>,
     /// Every error, all channels together.
     pub errors: ErrorRecord,
+    /// Every error on all samples that pass the filters, where `--budget` or `--target-error` chose how many the fit uses; null otherwise.
+    pub errors_on_all: Option<ErrorRecord>,
     /// Every error per channel.
     pub errors_by_channel: InOrder<ErrorRecord>,
     /// The size of the problem and how the uncertainty was found.
@@ -268,6 +270,10 @@ pub struct TerminationRecord {
 pub struct OptionRecord {
     /// `--samples`; null for all.
     pub samples: Option<usize>,
+    /// `--budget`, or the one that `--target-error` ended with: fast, balanced or full; null without either.
+    pub budget: Option<&'static str>,
+    /// `--target-error`; null for none.
+    pub target_error: Option<f64>,
     /// `--seed`.
     pub seed: u64,
     /// `--hold-out`; null for none.
@@ -422,6 +428,7 @@ impl Report {
             derived: derived(fit),
             correlation: correlation(fit),
             errors: ErrorRecord::from(&fit.errors.all),
+            errors_on_all: fit.errors_on_all.as_ref().map(ErrorRecord::from),
             errors_by_channel: InOrder(by_channel.collect()),
             fit: FitRecord {
                 n: fit.n,

@@ -308,7 +308,7 @@ impl Comparison<'_> {
             exact: exact.canonical(),
             approximate: approximate.canonical(),
             weighted,
-            errors: [&of_exact, &of_other].map(|fitted| in_metric(&fitted.errors.all, metric)),
+            errors: [&of_exact, &of_other].map(|fitted| fitted.errors.all.in_metric(metric)),
             unfitted,
         }))
     }
@@ -326,7 +326,7 @@ impl Comparison<'_> {
                 progress.stage(&format!("{samples} samples of {all}"));
                 // Too few for the model's parameters, or all at one angle: there is no such fit.
                 let Ok(fitted) = self.fit(&expression, Some(samples)) else { continue };
-                let error = in_metric(&fitted.errors.all, metric);
+                let error = fitted.errors.all.in_metric(metric);
                 fits.push(Budget { samples, error, fit_s: fitted.seconds });
             }
         }
@@ -366,16 +366,7 @@ fn with_parameters_of(to: &Fitted, from: &Fitted) -> Option<Fitted> {
     Some(Fitted { expression: to.expression.clone(), fit, errors: to.errors.clone(), seconds: 0.0 })
 }
 
-/// The error that the metric names.
-fn in_metric(errors: &Errors, metric: Metric) -> f64 {
-    match metric {
-        Metric::L2 => errors.l2,
-        Metric::Log => errors.log,
-        Metric::Cbrt => errors.cbrt,
-    }
-}
-
-/// The same of a record; infinite where there is none.
+/// The error of the metric; infinite where there is none.
 fn recorded(errors: &ErrorRecord, metric: Metric) -> f64 {
     recorded_in(errors, metric.name()).unwrap_or(f64::INFINITY)
 }

@@ -1,0 +1,136 @@
+//! How much a fit may look at: budgets of samples and iterations, and the cheapest of them that reaches a target.
+
+use super::errors::score;
+use super::metric::Metric;
+use super::run::{Fit, Options, Progress, fit};
+use super::warnings::Warning;
+use crate::error::Error;
+use crate::measurement::{Filters, Measurement, Samples};
+use crate::model::Expression;
+use std::sync::Arc;
+
+/// How much a fit may look at. docs/tradeoff.md has what each costs and leaves in error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Budget {
+    /// 2000 samples, 60 iterations.
+    Fast,
+    /// 20 000 samples, 120 iterations.
+    Balanced,
+    /// All samples, 300 iterations.
+    Full,
+}
+
+impl Budget {
+    /// From the cheapest up.
+    pub const ALL: [Self; 3] = [Self::Fast, Self::Balanced, Self::Full];
+
+    /// Name on the command line and in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Balanced => "balanced",
+            Self::Full => "full",
+        }
+    }
+
+    /// Samples that the fit uses; all if none.
+    #[must_use]
+    pub fn samples(self) -> Option<usize> {
+        match self {
+            Self::Fast => Some(2000),
+            Self::Balanced => Some(20_000),
+            Self::Full => None,
+        }
+    }
+
+    /// Most iterations of the final fit.
+    #[must_use]
+    pub fn iterations(self) -> u64 {
+        match self {
+            Self::Fast => 60,
+            Self::Balanced => 120,
+            Self::Full => 300,
+        }
+    }
+
+    /// The options of a fit within this budget.
+    #[must_use]
+    pub fn apply(self, options: &Options) -> Options {
+        Options {
+            filters: Filters { samples: self.samples(), ..options.filters.clone() },
+            iterations: self.iterations(),
+            ..options.clone()
+        }
+    }
+}
+
+/// Fits within `budget` and measures the errors on all samples.
+///
+/// # Errors
+/// Like [`fit`].
+pub fn fit_within(
+    budget: Budget,
+    measurement: &Measurement,
+    expression: &Expression,
+    options: &Options,
+    progress: &Arc<dyn Progress>,
+) -> Result<Fit, Error> {
+    let mut fit = fit(measurement, expression, &budget.apply(options), progress)?;
+    let everything = Filters { samples: None, ..options.filters.clone() };
+    let samples = Samples::select(measurement, &everything)?;
+    fit.errors_on_all = Some(score(expression, &samples, &fit.table).all);
+    fit.budget = Some(budget);
+    Ok(fit)
+}
+
+/// The fit of the cheapest budget whose error on all samples, in the metric of the fit, is at most `target`; the last budget's, with the warning
+/// `target-missed`, where none reaches it.
+///
+/// # Errors
+/// [`Error::Usage`] for a target that is not positive; like [`fit`].
+pub fn fit_to_target(
+    target: f64,
+    measurement: &Measurement,
+    expression: &Expression,
+    options: &Options,
+    progress: &Arc<dyn Progress>,
+) -> Result<Fit, Error> {
+    let target = checked_target(target)?;
+    let mut last = None;
+    for budget in Budget::ALL {
+        let found = fit_within(budget, measurement, expression, options, progress)?;
+        if error_on_all(&found, options.metric) <= target && found.unusable.is_none() {
+            return Ok(found);
+        }
+        last = Some(found);
+    }
+    let mut last =
+        last.ok_or_else(|| Error::Usage("--target-error: expected a budget, found none".to_owned()))?;
+    let reached = error_on_all(&last, options.metric);
+    last.warnings.push(Warning {
+        kind: "target-missed",
+        parameter: None,
+        text: format!(
+            "the {} error is {reached:.4e} with all samples, above the target of {target}: no budget reaches it; try a \
+             model with another lobe",
+            options.metric.name()
+        ),
+    });
+    Ok(last)
+}
+
+/// A target that an error can reach.
+///
+/// # Errors
+/// [`Error::Usage`] unless it is a number above 0.
+pub fn checked_target(target: f64) -> Result<f64, Error> {
+    if target > 0.0 && target.is_finite() {
+        return Ok(target);
+    }
+    Err(Error::Usage(format!("--target-error: expected a number above 0, found {target}")))
+}
+
+fn error_on_all(fit: &Fit, metric: Metric) -> f64 {
+    fit.errors_on_all.unwrap_or(fit.errors.all).in_metric(metric)
+}
