@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes tests/reference/*.csv: every part's values and derivatives, computed with mpmath to 50 digits and more.
+"""Writes tests/reference/*.csv: values and derivatives of every part and model, with mpmath to 50 digits and more.
 
-    python scripts/reference_values.py                  all files, on all cores; some minutes
+    python scripts/reference_values.py                  all files, on all cores; eight minutes
     python scripts/reference_values.py --only NAME      files whose name contains NAME
     python scripts/reference_values.py --self-test      a few files again, compared with those in the tree
 
@@ -25,15 +25,15 @@ import os
 import sys
 from pathlib import Path
 
-from reference import distributions, fresnel, shadowing
+from reference import distributions, fresnel, models, shadowing
 from reference.table import Table
 
 FOLDER = Path(__file__).resolve().parents[1] / "tests" / "reference"
-SELF_TEST = ("distribution-ggx", "shadowing-smith-beckmann", "fresnel-dielectric")
+SELF_TEST = ("distribution-ggx", "shadowing-smith-beckmann", "fresnel-dielectric", "model-ashikhmin-shirley")
 
 
 def tables() -> list[Table]:
-    return [table for module in (distributions, shadowing, fresnel) for table in module.tables()]
+    return [table for module in (distributions, shadowing, fresnel, models) for table in module.tables()]
 
 
 def write(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Reference values of every part: what scripts/reference_values.py writes to tests/reference."""
+"""Reference values of every part and model: what scripts/reference_values.py writes to tests/reference."""
 
 from mpmath import mp
 

@@ -48,6 +48,24 @@ class Geometry:
     cos_d: object
 
     @property
+    def ci(self):
+        return self.wi[2]
+
+    @property
+    def co(self):
+        return self.wo[2]
+
+    @property
+    def rest(self):
+        """1 - wi.h by the angle between the directions, which does not feel that rounding has left their lengths off 1."""
+        apart, along = (sum((a + sign * b) ** 2 for a, b in zip(self.wi, self.wo)) for sign in (-1, 1))
+        return 1 - sqrt(along / (along + apart))
+
+    @property
+    def mu(self):
+        return 1 - self.rest
+
+    @property
     def sin2_h(self):
         return self.h[0] ** 2 + self.h[1] ** 2
 
@@ -122,3 +140,25 @@ def cosines() -> list[tuple[mpf]]:
     """wi.h from 1 to grazing."""
     angles = ["1e-3", "0.1", 1, 10, 30, 45, 60, 75, 82, 87, "89.5", "89.99", GRAZING]
     return [(mpf(1),), *[(cos(degrees(angle)),) for angle in angles]]
+
+
+def corners() -> list[tuple[mpf, ...]]:
+    """For whole models: along the normal, next to it, mirror directions, back to the light and next to it, grazing."""
+    tiny = mpf("1e-6") * 180 / pi
+    opposed = [
+        ((0, 0), (0, 0)),
+        ((mpf("0.1"), 50), (mpf("0.1"), 230)),
+        ((40, 0), (40, 180)),
+        ((60, 110), (60, 110)),
+        ((mpf("60.001"), 25), (60, 25)),
+        ((35, 200), (60, 290)),
+        ((70, 10), (80, 10)),
+        ((89, 45), (89, 225)),
+        ((GRAZING, 15), (0, 0)),
+        ((GRAZING, 60), (45, 180)),
+        ((GRAZING, 130), (GRAZING, 310)),
+        ((GRAZING, 0), (GRAZING, 100)),
+    ]
+    halves = [(tiny, 30, 40, 90), (mpf("0.2"), 100, 25, 10), (10, 45, 30, 0), (30, 17, 50, 30)]
+    pairs = [(*direction(*light), *direction(*viewer)) for light, viewer in opposed]
+    return pairs + [(*wi, *wo) for wi, wo in (about_half_vector(*half) for half in halves)]

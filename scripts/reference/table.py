@@ -16,8 +16,10 @@ import numpy as np
 from mpmath import fabs, inf, isnan, log10, mpf, nstr
 
 # Derivatives are differences: central over p (1 +- STEP), whose square is what they miss, relative to the function's
-# third derivative; at p = 0, where formulas may end, from 0 to the other step, which is what they miss.
-STEP, STEP_AT_0 = mpf(10) ** -26, mpf(10) ** -30
+# third derivative; at p = 0, where formulas may end, from 0 to the other step, whose root is what they may miss.
+STEP, STEP_AT_0 = mpf(10) ** -26, mpf(10) ** -45
+# What is below this part of the value is what differences leave of a slope of 0 at p = 0.
+LEFT = mpf(10) ** -36
 
 TYPES = {"f64": np.float64, "f32": np.float32}
 # Digits that identify a number of the type.
@@ -85,10 +87,14 @@ class Table:
         found = []
         for index, p in enumerate(parameters):
             if p == 0 and self.step is None:
-                found.append((at(index, STEP_AT_0) - at(index, mpf(0))) / STEP_AT_0)
+                slope = (at(index, STEP_AT_0) - at(index, mpf(0))) / STEP_AT_0
             else:
                 h = (p or 1) * (self.step or STEP)
-                found.append((at(index, p + h) - at(index, p - h)) / (2 * h))
+                slope = (at(index, p + h) - at(index, p - h)) / (2 * h)
+            left = LEFT if self.step is None else 1000 * self.step**2
+            if p == 0 and fabs(slope) < left * fabs(self.exact(arguments, parameters)):
+                slope = mpf(0)
+            found.append(slope)
         return found
 
     def naive_loses(self, kind: str, arguments: Numbers, parameters: Numbers, value: mpf) -> str:

@@ -85,6 +85,7 @@ pub struct Block {
     wo: [Row; 3],
     h: [Row; 3],
     cos_d: Row,
+    one_less_cos_d: Row,
     /// Where samples begin that share the half vector and the difference angle; empty where that is not known.
     rings: Vec<usize>,
 }
@@ -100,7 +101,15 @@ impl Block {
     #[must_use]
     pub const fn new() -> Self {
         const NORMAL: [Row; 3] = [Row::filled(0.0), Row::filled(0.0), Row::filled(1.0)];
-        Self { len: 0, wi: NORMAL, wo: NORMAL, h: NORMAL, cos_d: Row::filled(1.0), rings: Vec::new() }
+        Self {
+            len: 0,
+            wi: NORMAL,
+            wo: NORMAL,
+            h: NORMAL,
+            cos_d: Row::filled(1.0),
+            one_less_cos_d: Row::filled(0.0),
+            rings: Vec::new(),
+        }
     }
 
     /// Replaces the content. Samples beyond [`BLOCK`] are left out.
@@ -157,8 +166,12 @@ impl Block {
         put(&mut self.wi, place, geometry.wi);
         put(&mut self.wo, place, geometry.wo);
         put(&mut self.h, place, geometry.h);
-        if let Some(entry) = self.cos_d.get_mut(place) {
-            *entry = geometry.cos_d;
+        for (row, value) in
+            [(&mut self.cos_d, geometry.cos_d), (&mut self.one_less_cos_d, geometry.one_less_cos_d)]
+        {
+            if let Some(entry) = row.get_mut(place) {
+                *entry = value;
+            }
         }
     }
 
@@ -174,7 +187,13 @@ impl Block {
     )]
     pub fn at(&self, place: usize) -> Geometry<f64> {
         let vector = |[x, y, z]: &[Row; 3]| [x[place], y[place], z[place]];
-        Geometry { wi: vector(&self.wi), wo: vector(&self.wo), h: vector(&self.h), cos_d: self.cos_d[place] }
+        Geometry {
+            wi: vector(&self.wi),
+            wo: vector(&self.wo),
+            h: vector(&self.h),
+            cos_d: self.cos_d[place],
+            one_less_cos_d: self.one_less_cos_d[place],
+        }
     }
 
     /// The places where samples begin that share the half vector and the difference angle, which a grid has many
@@ -231,12 +250,13 @@ impl WithSimd for HalfVectors<'_> {
         reason = "a loop over 0..BLOCK needs no check, and with one is not packed"
     )]
     fn with_simd<S: Simd>(self, _: S) {
-        let Block { wi, wo, h: [hx, hy, hz], cos_d, .. } = self.0;
+        let Block { wi, wo, h: [hx, hy, hz], cos_d, one_less_cos_d, .. } = self.0;
         let vector = |[x, y, z]: &[Row; 3], i: usize| [x[i], y[i], z[i]];
         for i in 0..BLOCK {
             let geometry = Geometry::new(vector(wi, i), vector(wo, i));
             [hx[i], hy[i], hz[i]] = geometry.h;
             cos_d[i] = geometry.cos_d;
+            one_less_cos_d[i] = geometry.one_less_cos_d;
         }
     }
 }
@@ -256,12 +276,13 @@ impl WithSimd for RingCells<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { block, start, ring, sin_p, cos_p } = self;
-        let Block { wi, wo, h, cos_d, .. } = block;
+        let Block { wi, wo, h, cos_d, one_less_cos_d, .. } = block;
         let count = sin_p.len().min(BLOCK - start.min(BLOCK));
         for (row, value) in h.iter_mut().zip(ring.h()) {
             part(row, start, count).fill(value);
         }
         part(cos_d, start, count).fill(ring.cos_d);
+        part(one_less_cos_d, start, count).fill(ring.one_less_cos_d);
         let ([ix, iy, iz], [ox, oy, oz]) = (
             wi.each_mut().map(|row| part(row, start, count)),
             wo.each_mut().map(|row| part(row, start, count)),

@@ -116,7 +116,7 @@ impl HalfDifferenceGrid {
     fn ring(&self, i: usize, j: usize) -> Ring {
         let at = |axis: &[(f64, f64)], index: usize| axis.get(index).copied().unwrap_or((f64::NAN, f64::NAN));
         let ((sin_h, cos_h), (sin_d, cos_d)) = (at(&self.theta_h, i), at(&self.theta_d, j));
-        Ring { sin_h, cos_h, sin_d, cos_d }
+        Ring { sin_h, cos_h, sin_d, cos_d, one_less_cos_d: sin_d * sin_d / (1.0 + cos_d) }
     }
 
     /// The ring that the first of `cells` lie on, and the sines and cosines of their difference azimuths: of as many
@@ -137,6 +137,7 @@ pub(super) struct Ring {
     cos_h: f64,
     sin_d: f64,
     pub(super) cos_d: f64,
+    pub(super) one_less_cos_d: f64,
 }
 
 impl Ring {
@@ -155,7 +156,7 @@ impl Ring {
     /// wi and wo at the difference azimuth whose sine and cosine are given.
     #[inline(always)]
     pub(super) fn directions(&self, sin_p: f64, cos_p: f64) -> ([f64; 3], [f64; 3]) {
-        let Self { sin_h, cos_h, sin_d, cos_d } = *self;
+        let Self { sin_h, cos_h, sin_d, cos_d, .. } = *self;
         // wi = Ry(theta_h) (sin td cos pd, sin td sin pd, cos td); wo mirrors wi in h.
         let (along_x, across_x, across_y) = (cos_d * sin_h, sin_d * cos_p * cos_h, sin_d * sin_p);
         let (cos_i, cos_o) = self.cosines(cos_p);
@@ -165,6 +166,6 @@ impl Ring {
 
     fn geometry(&self, sin_p: f64, cos_p: f64) -> Geometry<f64> {
         let (wi, wo) = self.directions(sin_p, cos_p);
-        Geometry { wi, wo, h: self.h(), cos_d: self.cos_d }
+        Geometry { wi, wo, h: self.h(), cos_d: self.cos_d, one_less_cos_d: self.one_less_cos_d }
     }
 }

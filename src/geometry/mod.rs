@@ -25,6 +25,8 @@ pub struct Geometry<R> {
     pub h: [R; 3],
     /// Cosine of the difference angle, wi.h = wo.h.
     pub cos_d: R,
+    /// 1 - wi.h, with all its digits where the directions are close to each other.
+    pub one_less_cos_d: R,
 }
 
 impl<R: Real> Geometry<R> {
@@ -38,8 +40,11 @@ impl<R: Real> Geometry<R> {
         // where 1 - cos^2(theta_h) would lose them.
         let [x, y, z]: [R; 3] = [ix + ox, iy + oy, iz + oz];
         let length: R = (x * x + y * y + z * z).sqrt();
-        // |wi + wo| = 2 cos(theta_d) for unit vectors.
-        Self { wi, wo, h: [x / length, y / length, z / length], cos_d: length.times(0.5) }
+        // |wi + wo| = 2 cos(theta_d) for unit vectors, and |wi - wo| = 2 sin(theta_d): 1 - cos = sin^2/(1 + cos).
+        let cos_d: R = length.times(0.5);
+        let [dx, dy, dz]: [R; 3] = [ix - ox, iy - oy, iz - oz];
+        let one_less_cos_d: R = (dx * dx + dy * dy + dz * dz) / cos_d.plus(1.0).times(4.0);
+        Self { wi, wo, h: [x / length, y / length, z / length], cos_d, one_less_cos_d }
     }
 
     /// Cosine of the angle of incidence, n.wi.

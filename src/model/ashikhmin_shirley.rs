@@ -20,6 +20,7 @@
 //! Reciprocal. With rd and rs of 0 and 1 no albedo above 1 was found up to 89.9 degrees for nu = nv, though f grows; other exponents have
 //! not been searched.
 
+use super::parts::fresnel::{FresnelReflectance, Schlick};
 use super::{Choices, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -94,10 +95,16 @@ impl Part for AshikhminShirley {
     #[inline(always)]
     fn at<T: Scalar>(e: &Exponents<T>, g: &Geometry<T::Real>) -> [T; 3] {
         let lobe = e.lobe(g);
-        let schlick = (-g.cos_d).plus(1.0).fifth_power();
-        let rise = |cos: T::Real| (-((-cos.times(0.5)).plus(1.0).fifth_power())).plus(1.0);
+        let nothing = [T::Real::literal(0.0); 3];
+        let [fallen, risen, _] = Schlick::factors::<T::Real>(&nothing, g.cos_d, g.one_less_cos_d);
+        // 1 - (1 - cos/2)^5 is Schlick's other factor at cos/2.
+        let rise = |cos: T::Real| {
+            let half: T::Real = cos.times(0.5);
+            let [rise, ..] = Schlick::factors::<T::Real>(&nothing, half, (-half).plus(1.0));
+            rise
+        };
         let diffuse: T::Real = (rise(g.cos_i()) * rise(g.cos_o())).times(28.0 / (23.0 * PI));
-        [T::from_real(diffuse), lobe * (-schlick).plus(1.0), lobe * schlick]
+        [T::from_real(diffuse), lobe * fallen, lobe * risen]
     }
 }
 

@@ -32,7 +32,7 @@
 //! energy conserving in general (with ks, f0 and f1 at 1 and every shape at its upper bound the albedo at 89.9 degrees is 155.7); f grows as 1/(ci co) at grazing unless G1 has come down to 0.
 
 use super::lambert::Lambert;
-use super::parts::distribution::Distribution;
+use super::parts::distribution::{Distribution, relative_exp_m1};
 use super::parts::fresnel::{Constants, FresnelReflectance, Schlick};
 use super::{Choices, Model, ParamSpec, Part, Scale, Values, Visitor};
 use crate::geometry::Geometry;
@@ -59,12 +59,13 @@ impl<T: Scalar> Fall<T> {
         let angle: T::Real = sin2.sqrt().atan2(cos);
         let beyond = -(theta0 - angle);
         // At the floor c beyond^k is 0 for every c and k, and its logarithm still finite.
-        let floor = T::constant(1e-280);
+        let floor = T::from_real(T::Real::TINY);
         let beyond = T::if_less(floor.value(), beyond.value(), beyond, floor);
         let exponent = ln_c + k * beyond.ln();
         let dark = T::Real::literal(DARK.ln());
         let limited = T::if_less(exponent.value(), dark, exponent, T::from_real(dark));
-        let g1 = -(lambda * limited.exp().exp().plus(-1.0)).plus(-1.0);
+        let fall = limited.exp();
+        let g1 = -(lambda * (relative_exp_m1(fall) * fall)).plus(-1.0);
         let zero = T::constant(0.0);
         T::if_less(zero.value(), g1.value(), g1, zero)
     }
@@ -103,7 +104,7 @@ impl Part for Fresnel {
 
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 3] {
-        let [fallen, risen, _] = Schlick::factors::<T>(constants, g.cos_d);
+        let [fallen, risen, _] = Schlick::factors::<T>(constants, g.cos_d, g.one_less_cos_d);
         [fallen, risen, T::from_real(g.cos_d)]
     }
 }

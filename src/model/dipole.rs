@@ -25,7 +25,7 @@
 //! back inside, so that even at Rd = 1 light is lost (at eta = 1.5 the diffuse light that comes out is 0.908 Ft(ci) Rd).
 //! At grazing Ft and f go to 0.
 
-use super::parts::fresnel::{Constants, index_constants, index_reflectance};
+use super::parts::fresnel::{Constants, index_constants, index_transmittance};
 use super::{Choices, Model, ParamSpec, Part, Scale, Sharing, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
@@ -83,7 +83,7 @@ impl Part for Transmittance {
 
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
-        let through = |cos: T::Real| -> T { (-index_reflectance(constants, cos)).plus(1.0) };
+        let through = |cos: T::Real| index_transmittance(constants, cos);
         [through(g.cos_i()) * through(g.cos_o())]
     }
 }
@@ -161,7 +161,7 @@ mod tests {
         let (albedo_prime, eta) = (0.9, 1.5);
         let wi = direction(0.6, 0.0).to_array();
         let prepared = index_constants(eta);
-        let through = 1.0 - index_reflectance(&prepared, 0.6_f64.cos());
+        let through = index_transmittance(&prepared, 0.6_f64.cos());
         let rd = diffuse_reflectance(albedo_prime, eta);
         let ring = |theta: f64| {
             let g = Geometry::new(wi, direction(theta, 1.0).to_array());

@@ -58,7 +58,8 @@ fn nodes(cos: f64) -> Vec<Node> {
         // Rounding must not carry what is at the horizon below it.
         let wo = [2.0 * dot * x - sin, 2.0 * dot * y, (2.0 * dot * z - cos).max(1e-12)];
         let [.., cos_o] = wo;
-        Node { geometry: Geometry { wi, wo, h, cos_d: dot }, weight: area * 4.0 * dot * cos_o }
+        let geometry = Geometry { wi, wo, h, cos_d: dot, one_less_cos_d: 1.0 - dot };
+        Node { geometry, weight: area * 4.0 * dot * cos_o }
     };
     let (panel, ring) = (GaussLegendre::new(ALONG_PANEL), GaussLegendre::new(ALONG_RING));
     let mut all = vec![node(0.0, 0.0, PI * FLAT * FLAT)];
@@ -116,9 +117,10 @@ impl<T: Scalar> Visitor for OverNodes<'_, T> {
         let shapes = self.shapes.get(first..first + P::SHAPES).unwrap_or_default();
         let prepared = P::prepare(Values::new(shapes));
         for (product, node) in self.products.iter_mut().zip(self.nodes) {
-            let Geometry { wi, wo, h, cos_d } = node.geometry;
+            let Geometry { wi, wo, h, cos_d, one_less_cos_d } = node.geometry;
             let [wi, wo, h] = [wi, wo, h].map(|v| v.map(T::Real::literal));
-            let g = Geometry { wi, wo, h, cos_d: T::Real::literal(cos_d) };
+            let [cos_d, one_less_cos_d] = [cos_d, one_less_cos_d].map(T::Real::literal);
+            let g = Geometry { wi, wo, h, cos_d, one_less_cos_d };
             if let Some(factor) = P::at(&prepared, &g).as_ref().first() {
                 *product = *product * *factor;
             }

@@ -31,9 +31,9 @@
 //! fixed two figures, the diffuse strength and F0, give the two others. Reciprocal. Not energy conserving for rough surfaces
 //! at grazing, as its diffuse lobe is not: with everything at 1 the largest albedo found up to 89.9 degrees is 1.647, there.
 
-use super::disney_diffuse::{DisneyDiffuse, towards_grazing};
+use super::disney_diffuse::DisneyDiffuse;
 use super::parts::distribution::Distribution;
-use super::parts::fresnel::Fresnel;
+use super::parts::fresnel::{Fresnel, FresnelReflectance, Schlick};
 use super::parts::shadowing::Shadowing;
 use super::reshaped::{Reshape, reshaped};
 use super::{Choices, Model, ParamSpec, Part, Scale, Sharing, Sharper, Values, Visitor};
@@ -114,7 +114,14 @@ impl Part for Subsurface {
     #[inline(always)]
     fn at<T: Scalar>(r: &T, g: &Geometry<T::Real>) -> [T; 1] {
         let cos2: T::Real = g.cos_d * g.cos_d;
-        let fss = towards_grazing((*r * cos2).plus(-1.0), g);
+        // 1 + (x - 1) L as x L + (1 - L): towards grazing L is close to 1.
+        let x: T = *r * cos2;
+        let towards = |cos: T::Real| {
+            let [fallen, risen, _] =
+                Schlick::factors::<T::Real>(&[T::Real::literal(0.0); 3], cos, (-cos).plus(1.0));
+            x * risen + fallen
+        };
+        let fss: T = towards(g.cos_i()) * towards(g.cos_o());
         let spread: T::Real = (g.cos_i() + g.cos_o()).recip().plus(-0.5);
         [(fss * spread).plus(0.5).times(1.25 * FRAC_1_PI)]
     }
@@ -133,8 +140,7 @@ impl Part for Sheen {
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
-        // wi.h can exceed 1 by an ulp.
-        [T::from_real((-g.cos_d).plus(1.0).greater(T::Real::literal(0.0)).fifth_power())]
+        [T::from_real(g.one_less_cos_d.fifth_power())]
     }
 }
 

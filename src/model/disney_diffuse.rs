@@ -47,7 +47,7 @@ impl Part for DisneyDiffuse {
 
 /// (1 + rise (1 - ci)^5)(1 + rise (1 - co)^5)
 #[inline(always)]
-pub(super) fn towards_grazing<T: Scalar>(rise: T, g: &Geometry<T::Real>) -> T {
+fn towards_grazing<T: Scalar>(rise: T, g: &Geometry<T::Real>) -> T {
     let towards = |cos: T::Real| (rise * (-cos).plus(1.0).fifth_power()).plus(1.0);
     towards(g.cos_i()) * towards(g.cos_o())
 }

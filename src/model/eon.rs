@@ -27,7 +27,7 @@ use super::oren_nayar::{FUJII, SingleBounce, roughness};
 use super::{Choices, Model, ParamSpec, Part, Scale, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
-use std::f64::consts::FRAC_1_PI;
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 /// A rough diffuse surface that loses nothing.
 #[derive(Clone, Copy, Debug)]
@@ -55,12 +55,15 @@ pub struct BouncesOf<T> {
 /// k1 - G/pi
 #[inline(always)]
 fn missing<R: Real>(cos: R, sin2: R) -> R {
+    // By the angle above the horizon a = pi/2 - theta, where both terms vanish towards grazing:
+    // k1 pi - G = (pi/2 - 2/3)(1 - s) + s a + s^2 c - (2/3) s c (1 + s + s^2)/(1 + s)
     let sin: R = sin2.sqrt();
-    let angle = sin.atan2(cos);
-    let product: R = sin * cos;
-    let tail: R = product * (sin2 + sin).plus(1.0) / sin.plus(1.0);
-    let g: R = sin * (angle - product) + (tail - sin).times(2.0 / 3.0);
-    (-g.times(FRAC_1_PI)).plus(FUJII)
+    let above = cos.atan2(sin);
+    let inverse: R = sin.plus(1.0).recip();
+    let tail: R = sin * (sin2 + sin).plus(1.0);
+    let flat: R = cos.times(FRAC_PI_2 - 2.0 / 3.0) - tail.times(2.0 / 3.0);
+    let missing: R = flat * inverse * cos + sin * (above + sin * cos);
+    missing.times(FRAC_1_PI)
 }
 
 impl Part for Bounces {

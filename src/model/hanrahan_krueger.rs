@@ -28,12 +28,13 @@
 //! above 0.3) little comes back after one scattering.
 //!
 //! Reciprocal and energy conserving. Finite at grazing for eta > 1, since ci' + co' is at least 2 sqrt(1 - 1/eta^2);
-//! at eta = 1 it grows as 1/(ci + co). 1 - exp loses three of sixteen digits at tau = 1e-3.
+//! at eta = 1 it grows as 1/(ci + co).
 
-use super::parts::fresnel::{Constants, index_constants, index_reflectance};
+use super::parts::distribution::relative_exp_m1;
+use super::parts::fresnel::{Constants, index_constants, index_transmittance};
 use super::{Choices, Model, ParamSpec, Part, Scale, Values, Visitor};
 use crate::geometry::Geometry;
-use crate::math::Scalar;
+use crate::math::{Real, Scalar};
 use std::f64::consts::PI;
 
 /// Light scattered once below a smooth surface.
@@ -42,10 +43,11 @@ pub struct HanrahanKrueger;
 
 /// What depends on the shapes alone.
 #[derive(Clone, Copy, Debug)]
-pub struct Layer<T> {
-    /// 2 g and 1 + g^2.
-    twice_g: T,
-    one_and_g2: T,
+pub struct Layer<T: Scalar> {
+    /// |g|, the sign of g, and (1 - |g|)^2.
+    size_g: T,
+    sign_g: T::Real,
+    rest_g2: T,
     /// (1 - g^2)/(4 pi eta^2)
     norm: T,
     tau: T,
@@ -62,14 +64,18 @@ impl Part for HanrahanKrueger {
 
     fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Layer<T> {
         let [g, tau, eta] = shapes.take();
-        let (g2, bend): (T, T) = (g * g, (eta * eta).recip());
+        let (zero, bend): (T::Real, T) = (T::Real::literal(0.0), (eta * eta).recip());
+        let size_g = T::if_less(g.value(), zero, -g, g);
+        let rest_g = (-size_g).plus(1.0);
         Layer {
-            twice_g: g.times(2.0),
-            one_and_g2: g2.plus(1.0),
-            norm: (-g2).plus(1.0).times(0.25 / PI) * bend,
+            size_g,
+            sign_g: T::Real::if_less(g.value(), zero, T::Real::literal(-1.0), T::Real::literal(1.0)),
+            rest_g2: rest_g.squared(),
+            norm: (rest_g * size_g.plus(1.0)).times(0.25 / PI) * bend,
             tau,
             bend,
-            rest: (-bend).plus(1.0),
+            // Of an index close to 1 the difference of squares would keep few digits.
+            rest: eta.plus(-1.0) * eta.plus(1.0) * bend,
             surface: index_constants(eta),
         }
     }
@@ -83,16 +89,22 @@ impl Part for HanrahanKrueger {
         let sum: T = inside_i + inside_o;
         let product: T = inside_i * inside_o;
 
-        // wi'.wo' = -c, then Henyey and Greenstein's phase function.
+        // Henyey and Greenstein's phase function: 1 + g^2 + 2 g wi'.wo' = (1 - |g|)^2 + |g| |wi' + sign(g) wo'|^2, whose
+        // terms are positive where the other sum cancels.
         let ([ix, iy, _], [ox, oy, _]) = (g.wi, g.wo);
-        let across: T::Real = ix * ox + iy * oy;
-        let dot: T = l.bend * across + product;
-        let spread: T = l.one_and_g2 + l.twice_g * dot;
+        let (x, y): (T::Real, T::Real) = (ix + l.sign_g * ox, iy + l.sign_g * oy);
+        let across: T::Real = x * x + y * y;
+        let z: T = inside_i + inside_o * l.sign_g;
+        let spread: T = l.rest_g2 + l.size_g * (l.bend * across + z.squared());
         let phase: T = l.norm / (spread * spread.sqrt());
 
-        let lost: T = (-(l.tau * sum / product)).exp();
-        let through = |cos: T::Real| -> T { (-index_reflectance(&l.surface, cos)).plus(1.0) };
-        [phase * through(g.cos_i()) * through(g.cos_o()) * (-lost).plus(1.0) / sum]
+        // (1 - exp(-depth))/(ci' + co'), depth = tau (ci' + co')/(ci' co')
+        let per_sum: T = l.tau / product;
+        let depth: T = per_sum * sum;
+        let deep: T = (-(-depth).exp()).plus(1.0) / sum;
+        let kept = T::if_less(depth.value(), T::Real::literal(0.5), relative_exp_m1(-depth) * per_sum, deep);
+        let through = |cos: T::Real| index_transmittance(&l.surface, cos);
+        [phase * through(g.cos_i()) * through(g.cos_o()) * kept]
     }
 }
 

@@ -37,7 +37,7 @@ pub mod layers;
 use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Sharing, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
-use layers::{Film, opaque, through_surface};
+use layers::{Film, opaque, opaque_absorptance, through_surface_of};
 use std::f64::consts::FRAC_1_PI;
 
 /// The diffuse reflectance of paint.
@@ -106,14 +106,15 @@ impl Model for KubelkaMunk {
     }
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
-        let r = if self.opaque {
-            let [ratio] = amplitudes.take();
-            opaque(ratio, T::constant(1.0))
+        let (r, absorptance) = if self.opaque {
+            let ([ratio], one) = (amplitudes.take(), T::constant(1.0));
+            (opaque(ratio, one), opaque_absorptance(ratio, one))
         } else {
             let [kx, sx, rg] = amplitudes.take();
-            Film::new(kx, sx).over(rg)
+            let film = Film::new(kx, sx);
+            (film.over(rg), film.absorptance_over(rg))
         };
         let [k1, k2] = amplitudes.take();
-        [through_surface(k1, k2, r)]
+        [through_surface_of(k1, k2, r, absorptance)]
     }
 }

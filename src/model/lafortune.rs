@@ -31,7 +31,7 @@
 //! Reciprocal; finite at grazing; energy conserving for ks <= 1 and abs(cz) = N. It has no Fresnel rise but
 //! what a lobe bent towards grazing imitates.
 
-use super::phong::Exponent;
+use super::phong::{Exponent, ln_of_both};
 use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -44,8 +44,10 @@ pub struct Lafortune {
 
 /// Weights of the three products, divided by N, and the exponent.
 #[derive(Clone, Copy, Debug)]
-pub struct Lobe<T> {
+pub struct Lobe<T: Scalar> {
     weights: [T; 3],
+    /// Of each: its sign, its size, and 1 less that.
+    sizes: [[T::Real; 3]; 3],
     exponent: Exponent<T>,
 }
 
@@ -56,7 +58,14 @@ impl<T: Scalar> Lobe<T> {
         let greatest = |a: T, b: T| T::if_less(a.value(), b.value(), b, a);
         // All weights 0 are no lobe; any N will do then.
         let largest = weights.map(size).into_iter().fold(T::constant(f64::MIN_POSITIVE), greatest);
-        Self { weights: weights.map(|c| c / largest), exponent: Exponent::new(n) }
+        let sizes = weights.map(|c| {
+            let sign = T::Real::if_less(c.value(), zero, T::Real::literal(-1.0), T::Real::literal(1.0));
+            // 1 less the largest is exactly 0.
+            let rest: T = (largest - size(c)) / largest;
+            let relative: T = size(c) / largest;
+            [sign, relative.value(), rest.value()]
+        });
+        Self { weights: weights.map(|c| c / largest), sizes, exponent: Exponent::new(n) }
     }
 
     #[inline(always)]
@@ -65,10 +74,22 @@ impl<T: Scalar> Lobe<T> {
         let [x, y, z]: [T::Real; 3] = [xi * xo, yi * yo, zi * zo];
         let [cx, cy, cz] = self.weights;
         let q = cx * x + cy * y + cz * z;
+        // 1 - q as a sum, which keeps its digits where the lobe is sharp: with unit vectors and |c| <= 1
+        // 1 - c i o = (1 - |c|)(i^2 + o^2)/2 + |c| (i - sign(c) o)^2/2, summed over x, y and z.
+        let term = |[sign, size, rest]: [T::Real; 3], i: T::Real, o: T::Real| -> T::Real {
+            let apart: T::Real = i - sign * o;
+            let both: T::Real = i * i + o * o;
+            size * (apart * apart) + rest * both
+        };
+        let [of_x, of_y, of_z] = self.sizes;
+        let away: T::Real = (term(of_x, xi, xo) + term(of_y, yi, yo) + term(of_z, zi, zo)).times(0.5);
         // From here on f has no digits left even for n = 1, and below it 1/q would overflow.
         let least = T::Real::literal(1e-30);
         let positive = T::if_less(least, q.value(), q, T::from_real(least));
-        T::if_less(least, q.value(), self.exponent.power(positive), T::constant(0.0))
+        let at: T::Real = positive.value();
+        // A difference of 0 carries the derivative.
+        let ln_q = (positive - at) * at.recip() + ln_of_both(at, away);
+        T::if_less(least, q.value(), self.exponent.power(ln_q), T::constant(0.0))
     }
 }
 

@@ -25,11 +25,11 @@
 
 use super::lambert::Lambert;
 use super::parts::distribution::abc;
-use super::parts::fresnel::{Constants, DielectricIndex, FresnelReflectance};
+use super::parts::fresnel::{Constants, DielectricIndex, FresnelReflectance, index_reflectance};
 use super::published::{LOW, base_and_abc};
 use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
-use crate::math::{Real, Scalar};
+use crate::math::Scalar;
 
 /// Scattering by a polished surface, in the directions' projections on it.
 #[derive(Clone, Copy, Debug)]
@@ -69,13 +69,12 @@ impl Part for Halfway {
 
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
-        let ([xi, yi, _], [xo, yo, _]) = (g.wi, g.wo);
-        let (x, y): (T::Real, T::Real) = (xi - xo, yi - yo);
-        // Two directions opposite each other in the horizon can leave a rounding error below 0.
-        let square: T::Real = (-(x * x + y * y).times(0.25)).plus(1.0);
-        let [reflectance, ..] =
-            DielectricIndex::factors(constants, square.greater(T::Real::literal(0.0)).sqrt());
-        [reflectance]
+        let ([xi, yi, zi], [xo, yo, zo]) = (g.wi, g.wo);
+        let (x, y): (T::Real, T::Real) = (xi + xo, yi + yo);
+        // 1 - |xy(wi) - xy(wo)|^2/4 of unit vectors as a sum, which keeps its digits where both graze.
+        let (across, upward): (T::Real, T::Real) = (x * x + y * y, zi * zi + zo * zo);
+        let square: T::Real = across.times(0.25) + upward.times(0.5);
+        [index_reflectance(constants, square.sqrt())]
     }
 }
 

@@ -79,6 +79,8 @@ struct Angles<R> {
     sin_b: R,
     cos_b: R,
     cos_p: R,
+    /// 1 - |cos p|
+    sideways: R,
 }
 
 impl<R: Real> Angles<R> {
@@ -92,15 +94,20 @@ impl<R: Real> Angles<R> {
 
         // cos p from the projected directions; undefined at normal incidence, where tan b = 0 hides it.
         let ([ix, iy, _], [ox, oy, _]) = (g.wi, g.wo);
-        let (dot, lengths): (R, R) = (ix * ox + iy * oy, sin_i * sin_o);
-        let ratio: R = dot / lengths;
-        let cos_p = R::if_less(zero, lengths, ratio, zero).lesser(R::literal(1.0)).greater(R::literal(-1.0));
+        let (dot, cross): (R, R) = (ix * ox + iy * oy, ix * oy - iy * ox);
+        let lengths: R = sin_i * sin_o;
+        let (cos_p, sin_p): (R, R) = (dot / lengths, cross / lengths);
+        let cos_p = R::if_less(zero, lengths, cos_p, zero).lesser(R::literal(1.0)).greater(R::literal(-1.0));
+        // From the sine, which is exact where tan((a + b)/2) is large and 1 - |cos p| small.
+        let sideways: R = sin_p * sin_p / cos_p.greater(-cos_p).plus(1.0);
+        let sideways = R::if_less(zero, lengths, sideways, R::literal(1.0));
         Self {
             sin_a: swap(sin_i, sin_o),
             cos_a: swap(cos_i, cos_o),
             sin_b: swap(sin_o, sin_i),
             cos_b: swap(cos_o, cos_i),
             cos_p,
+            sideways,
         }
     }
 }
@@ -120,21 +127,23 @@ impl Part for Full {
 
     #[inline(always)]
     fn at<T: Scalar>(r: &Roughness<T>, g: &Geometry<T::Real>) -> [T; 2] {
-        let Angles { sin_a, cos_a, sin_b, cos_b, cos_p } = Angles::new(g);
+        let Angles { sin_a, cos_a, sin_b, cos_b, cos_p, sideways } = Angles::new(g);
         let zero = T::Real::literal(0.0);
         let tan_b: T::Real = sin_b / cos_b;
 
-        // Angles in units of pi/2.
+        // Angles in units of pi/2, b by what it lacks of it.
         let a: T::Real = sin_a.atan2(cos_a).times(FRAC_2_PI);
-        let b: T::Real = sin_b.atan2(cos_b).times(FRAC_2_PI);
+        let above: T::Real = cos_b.atan2(sin_b).times(FRAC_2_PI);
+        let b: T::Real = (-above).plus(1.0);
         let b2: T::Real = b * b;
-        let b3: T::Real = b2 * b;
-        let backward = T::Real::if_less(cos_p, zero, b3, zero);
-        let c2: T::Real = (sin_a - backward) * cos_p * tan_b;
+        // sin a - b^3 as (1 - b^3) - (1 - sin a): close to the horizon tan b multiplies a small difference.
+        let less_b3: T::Real = above * (b2 + b).plus(1.0);
+        let cos2_a: T::Real = cos_a * cos_a;
+        let less_sin_a: T::Real = cos2_a / sin_a.plus(1.0);
+        let c2: T::Real = T::Real::if_less(cos_p, zero, less_b3 - less_sin_a, sin_a) * cos_p * tan_b;
 
         // tan((a + b)/2) = (sin a + sin b)/(cos a + cos b)
         let tan_mean: T::Real = (sin_a + sin_b) / (cos_a + cos_b);
-        let sideways: T::Real = (-cos_p.greater(-cos_p)).plus(1.0);
         let ab: T::Real = a * b;
         let c3: T::Real = ab * ab * sideways * tan_mean;
 
@@ -168,6 +177,8 @@ impl Part for Qualitative {
 #[derive(Clone, Copy, Debug)]
 pub struct SingleBounce<T> {
     r: T,
+    /// 1 - r
+    rest: T,
     /// A/pi, A = 1/(1 + (1/2 - 2/(3 pi)) r)
     pub(super) scale: T,
 }
@@ -177,7 +188,7 @@ pub(super) const FUJII: f64 = 0.5 - 2.0 / 3.0 * FRAC_1_PI;
 
 impl<T: Scalar> SingleBounce<T> {
     pub(super) fn new(r: T) -> Self {
-        Self { r, scale: r.times(FUJII).plus(1.0).recip().times(FRAC_1_PI) }
+        Self { r, rest: (-r).plus(1.0), scale: r.times(FUJII).plus(1.0).recip().times(FRAC_1_PI) }
     }
 
     /// f for an albedo of 1.
@@ -185,9 +196,15 @@ impl<T: Scalar> SingleBounce<T> {
     pub(super) fn at(&self, g: &Geometry<T::Real>) -> T {
         let ([xi, yi, zi], [xo, yo, zo]) = (g.wi, g.wo);
         let s: T::Real = xi * xo + yi * yo;
-        let t = T::Real::if_less(T::Real::literal(0.0), s, zi.greater(zo), T::Real::literal(1.0));
-        let ratio: T::Real = s / t;
-        (self.r * ratio).plus(1.0) * self.scale
+        let ratio: T::Real = s / zi.greater(zo);
+        // 1 + r s as (1 - r) + r (1 + s) where s is negative, and 1 + s, which is 0 between opposite directions in the
+        // horizon, as the sum of squares that it is of unit vectors.
+        let (x, y): (T::Real, T::Real) = (xi + xo, yi + yo);
+        let (across, upward): (T::Real, T::Real) = (x * x + y * y, zi * zi + zo * zo);
+        let opposed: T::Real = (across + upward).times(0.5);
+        let zero = T::Real::literal(0.0);
+        let start = T::if_less(zero, s, T::constant(1.0), self.rest);
+        (start + self.r * T::Real::if_less(zero, s, ratio, opposed)) * self.scale
     }
 }
 

@@ -45,11 +45,21 @@ impl<T: Scalar> Exponent<T> {
         (self.n * ln_cos).exp() * self.norm
     }
 
-    /// The same of a positive cosine that depends on shapes, too.
+    /// The same where the logarithm depends on shapes, too.
     #[inline(always)]
-    pub(super) fn power(&self, cos: T) -> T {
-        (self.n * cos.ln()).exp() * self.norm
+    pub(super) fn power(&self, ln_cos: T) -> T {
+        (self.n * ln_cos).exp() * self.norm
     }
+}
+
+/// ln of a cosine, from the cosine where it is small, and from what it is `away` from 1 where it is not: the latter has
+/// digits that rounding left out of the former.
+#[inline(always)]
+pub(super) fn ln_of_both<R: Real>(cos: R, away: R) -> R {
+    let lost: R = (-cos).plus(1.0) - away;
+    let lost = R::if_less(R::literal(0.5), cos, lost, R::literal(0.0));
+    // Below the horizon of the lobe the logarithm stays finite.
+    cos.greater(R::TINY).ln_of_sum(lost)
 }
 
 /// The parameter `n`.
@@ -73,8 +83,9 @@ impl Part for Phong {
         // 1 - r.wo = |r - wo|^2/2, which keeps its digits where the lobe is sharp.
         let [x, y, z]: [T::Real; 3] = [xi + xo, yi + yo, zi - zo];
         let away: T::Real = (x * x + y * y + z * z).times(0.5);
-        let lobe = exponent.lobe((-away).ln_1p());
-        [T::if_less(away, T::Real::literal(1.0), lobe, T::constant(0.0))]
+        let cos: T::Real = zi * zo - xi * xo - yi * yo;
+        let zero = T::Real::literal(0.0);
+        [T::if_less(zero, cos, exponent.lobe(ln_of_both(cos, away)), T::from_real(zero))]
     }
 }
 

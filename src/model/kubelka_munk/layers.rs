@@ -15,10 +15,11 @@
 //!
 //! ```text
 //! R0 = SX/(KX + SX + C),   T = (x/sinh x)/(KX + SX + C)
-//! R  = (SX (1 - Rg) + Rg (C - KX))/(KX + SX (1 - Rg) + C)
+//! R  = (SX + (x/sinh x)^2 Rg/(KX + SX (1 - Rg) + C))/(KX + SX + C)
+//! 1 - R = (KX (1 + Rg) + C (1 - Rg))/(KX + SX (1 - Rg) + C)
 //! ```
 //!
-//! which holds at K = 0 (C = 1: R0 = SX/(1 + SX)), at S = 0 (R0 = 0, T = exp(-KX)) and for any thickness. C and
+//! all of them sums of positive terms, which holds at K = 0 (C = 1: R0 = SX/(1 + SX)), at S = 0 (R0 = 0, T = exp(-KX)) and for any thickness. C and
 //! x/sinh x are even in x: as functions of x^2 they, and their derivatives, are smooth at x = 0. C - KX is a sum of
 //! positive terms, so that R keeps its digits over a white background too.
 
@@ -61,6 +62,15 @@ pub fn opaque<T: Scalar>(k: T, s: T) -> T {
     s / (k + s + root)
 }
 
+/// 1 - R_inf, of which a white layer's R_inf has few digits.
+#[must_use]
+pub fn opaque_absorptance<T: Scalar>(k: T, s: T) -> T {
+    let floor: T = T::from_real(s.value()).times(1e-36);
+    let floored: T = T::if_less(k.value(), floor.value(), floor + (k - k.value()), k);
+    let absorbed: T = floored + floored.sqrt() * (floored + s.times(2.0)).sqrt();
+    absorbed / (absorbed + s)
+}
+
 /// K/S of an opaque layer of reflectance `r`, more than 0: the inverse of [`opaque`].
 #[must_use]
 pub fn k_over_s<T: Scalar>(r: T) -> T {
@@ -72,10 +82,10 @@ pub fn k_over_s<T: Scalar>(r: T) -> T {
 pub struct Film<T> {
     /// S X.
     sx: T,
-    /// K X + C with C = x coth x.
-    kx_and_c: T,
-    /// C - K X.
-    c_less_kx: T,
+    /// K X.
+    kx: T,
+    /// C = x coth x.
+    c: T,
     /// x/sinh x.
     decay: T,
 }
@@ -92,19 +102,16 @@ impl<T: Scalar> Film<T> {
         let sinh: T = polynomial(&SINH, x2);
         let thin_c: T = polynomial(&COSH, x2) / sinh;
 
-        // Elsewhere e^-2x, which falls to 0 in place of hyperbolic functions that overflow. x - KX as
-        // 2 KX SX/(x + KX), and coth x - 1 as 2 e/(1 - e).
+        // Elsewhere e^-2x, which falls to 0 in place of hyperbolic functions that overflow. coth x is 1 + 2 e/(1 - e).
         let e: T = x.times(-2.0).exp();
         let open: T = (-e).plus(1.0);
-        let beyond: T = x.times(2.0) * (e / open);
-        let thick_c: T = x + beyond;
-        let thick_rest: T = sx.times(2.0) * (kx / (x + kx)) + beyond;
+        let thick_c: T = x + x.times(2.0) * (e / open);
 
         let choose = |thin: T, thick: T| T::if_less(x.value(), limit, thin, thick);
         Self {
             sx,
-            kx_and_c: kx + choose(thin_c, thick_c),
-            c_less_kx: choose(thin_c - kx, thick_rest),
+            kx,
+            c: choose(thin_c, thick_c),
             decay: choose(sinh.recip(), x.times(2.0) * ((-x).exp() / open)),
         }
     }
@@ -112,20 +119,30 @@ impl<T: Scalar> Film<T> {
     /// R0: reflectance over a black background.
     #[must_use]
     pub fn reflectance(&self) -> T {
-        self.sx / (self.kx_and_c + self.sx)
+        self.sx / (self.kx + self.c + self.sx)
     }
 
     /// T: transmittance.
     #[must_use]
     pub fn transmittance(&self) -> T {
-        self.decay / (self.kx_and_c + self.sx)
+        self.decay / (self.kx + self.c + self.sx)
     }
 
     /// Reflectance over a background of reflectance `rg`, 0..1.
     #[must_use]
     pub fn over(&self, rg: T) -> T {
-        let lost: T = self.sx * (-rg).plus(1.0);
-        (lost + rg * self.c_less_kx) / (self.kx_and_c + lost)
+        let seen: T = rg / self.over_denominator(rg);
+        (self.sx + self.decay.squared() * seen) / (self.kx + self.c + self.sx)
+    }
+
+    /// 1 less the reflectance over a background of reflectance `rg`.
+    #[must_use]
+    pub fn absorptance_over(&self, rg: T) -> T {
+        (self.kx * rg.plus(1.0) + self.c * (-rg).plus(1.0)) / self.over_denominator(rg)
+    }
+
+    fn over_denominator(&self, rg: T) -> T {
+        self.kx + self.c + self.sx * (-rg).plus(1.0)
     }
 
     /// The same layer as one of a stack.
@@ -207,7 +224,19 @@ pub fn saunderson<T: Scalar>(k1: T, k2: T, r: T) -> T {
 /// Saunderson's correction without its first term, the reflection at the surface.
 #[must_use]
 pub fn through_surface<T: Scalar>(k1: T, k2: T, r: T) -> T {
-    (-k1).plus(1.0) * (-k2).plus(1.0) * r / (-(k2 * r)).plus(1.0)
+    through_surface_of(k1, k2, r, (-r).plus(1.0))
+}
+
+/// The same of a layer whose absorptance 1 - r is known to more digits than r.
+///
+/// (1 - k2)/(1 - k2 r) = 1 - k2 a/(1 - k2 (1 - a)), whose derivatives are exact where k2 or a is small.
+#[must_use]
+pub fn through_surface_of<T: Scalar>(k1: T, k2: T, r: T, absorptance: T) -> T {
+    let kept: T = (-k2).plus(1.0);
+    let lost: T = k2 * absorptance;
+    let (quotient, rest): (T, T) = (kept / (kept + lost), lost / (kept + lost));
+    let few: T = T::if_less(rest.value(), T::Real::literal(0.5), (-rest).plus(1.0), quotient);
+    (-k1).plus(1.0) * few * r
 }
 
 /// The inverse of [`saunderson`]: reflectance below the surface for reflectance `measured` above it.

@@ -83,7 +83,7 @@ fn exp_times<T: Scalar>(exponent: T, factor: T) -> T {
 
 /// (e^x - 1)/x, smooth at 0.
 #[inline(always)]
-pub(in crate::model::parts) fn relative_exp_m1<T: Scalar>(x: T) -> T {
+pub(in crate::model) fn relative_exp_m1<T: Scalar>(x: T) -> T {
     /// Terms of the series, the last of them below 1e-17 where it is used.
     const TERMS: u8 = 16;
     let small = T::constant(0.5);
@@ -174,7 +174,7 @@ mod tests {
     /// Geometry whose half vector stands at `theta`, and the light with it.
     fn at(theta: f64, phi: f64) -> Geometry<f64> {
         let h = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
-        Geometry { wi: h, wo: h, h, cos_d: 1.0 }
+        Geometry { wi: h, wo: h, h, cos_d: 1.0, one_less_cos_d: 0.0 }
     }
 
     fn is_isotropic(d: Distribution) -> bool {
@@ -185,7 +185,7 @@ mod tests {
     fn facet(tan: f64, phi: f64) -> Geometry<f64> {
         let cos = 1.0 / tan.hypot(1.0);
         let h = [tan * cos * phi.cos(), tan * cos * phi.sin(), cos];
-        Geometry { wi: h, wo: h, h, cos_d: 1.0 }
+        Geometry { wi: h, wo: h, h, cos_d: 1.0, one_less_cos_d: 0.0 }
     }
 
     /// Every distribution at both ends of a range of each shape, and at its start.

@@ -48,15 +48,21 @@ impl FresnelReflectance for Conductor {
 
     fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
         let [eta, k] = shapes.take();
-        [eta, k, eta.plus(-1.0) * eta.plus(1.0) - k * k]
+        let k2: T = k * k;
+        let excess: T = eta.plus(-1.0) * eta.plus(1.0) - k2;
+        [(eta * k).squared().times(4.0), excess, eta * eta - k2]
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(&[eta, k, excess]: &Constants<T>, mu: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(
+        &[product2, excess, difference]: &Constants<T>,
+        mu: T::Real,
+        rest: T::Real,
+    ) -> [T; 3] {
         let mu2: T::Real = mu * mu;
-        let s2 = (-mu2).plus(1.0).greater(T::Real::literal(0.0));
-        let t: T = excess + mu2;
-        let product2: T = (eta * k).squared().times(4.0);
+        let s2: T::Real = rest * mu.plus(1.0);
+        // t by whichever of the cosine and the sine is the smaller: next to a small index the other leaves few digits.
+        let t = T::if_less(s2, mu2, difference - s2, excess + mu2);
         let modulus = (t * t + product2).sqrt();
         // 2 a^2 and 2 b^2: the larger is a sum, the smaller the product over it.
         let zero = T::Real::literal(0.0);

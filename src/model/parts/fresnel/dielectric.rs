@@ -29,9 +29,34 @@ pub(crate) fn index_constants<T: Scalar>(eta: T) -> Constants<T> {
 
 /// F at cosine `mu`, more than 0.
 #[inline(always)]
-pub(crate) fn index_reflectance<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> T {
-    let [reflectance, ..] = Dielectric::factors(constants, mu);
-    reflectance
+pub(crate) fn index_reflectance<T: Scalar>(&[f0, r, scale]: &Constants<T>, mu: T::Real) -> T {
+    let m = scale * mu;
+    let g = (m * m + r.times(4.0)).sqrt();
+    let sum = g + m;
+    let inverse = sum.recip();
+    let difference = r.times(4.0) * inverse;
+    let p_ratio = (sum * mu - scale) / (difference * mu + scale);
+    // (G - M)^2/(G + M)^2 = 16 f0/(G + M)^4: with f0 as a factor F has a slope at f0 = 0.
+    let s_polarised = f0 * inverse.squared().squared();
+    s_polarised * (p_ratio.squared()).plus(1.0).times(8.0)
+}
+
+/// 1 - F at cosine `mu`, more than 0, with all its digits at grazing, where F is close to 1; of an index next to 1, where F
+/// is close to 0, from F.
+///
+/// 1 - Rs = 4 G M/(G + M)^2; for p the same with (1 - r) G in the place of G and (1 + r)^2 mu in that of M.
+#[inline(always)]
+pub(crate) fn index_transmittance<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> T {
+    let reflected = index_reflectance(constants, mu);
+    let [_, r, scale] = *constants;
+    let m = scale * mu;
+    let g = (m * m + r.times(4.0)).sqrt();
+    let one_and_r2 = r.plus(1.0).squared();
+    let (p_m, p_g) = (one_and_r2 * mu, scale * g);
+    let s_polarised = g * m / (g + m).squared();
+    let p_polarised = p_m * p_g / (p_m + p_g).squared();
+    let half = T::Real::literal(0.5);
+    T::if_less(reflected.value(), half, (-reflected).plus(1.0), (s_polarised + p_polarised).times(2.0))
 }
 
 impl FresnelReflectance for Dielectric {
@@ -52,16 +77,8 @@ impl FresnelReflectance for Dielectric {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(&[f0, r, scale]: &Constants<T>, mu: T::Real) -> [T; 3] {
-        let m = scale * mu;
-        let g = (m * m + r.times(4.0)).sqrt();
-        let sum = g + m;
-        let inverse = sum.recip();
-        let difference = r.times(4.0) * inverse;
-        let p_ratio = (sum * mu - scale) / (difference * mu + scale);
-        // (G - M)^2/(G + M)^2 = 16 f0/(G + M)^4: with f0 as a factor F has a slope at f0 = 0.
-        let s_polarised = f0 * inverse.squared().squared();
-        [s_polarised * (p_ratio.squared()).plus(1.0).times(8.0), T::constant(0.0), T::constant(0.0)]
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real, _: T::Real) -> [T; 3] {
+        [index_reflectance(constants, mu), T::constant(0.0), T::constant(0.0)]
     }
 }
 
@@ -81,7 +98,7 @@ impl FresnelReflectance for DielectricIndex {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> [T; 3] {
-        Dielectric::factors(constants, mu)
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real, rest: T::Real) -> [T; 3] {
+        Dielectric::factors(constants, mu, rest)
     }
 }

@@ -16,7 +16,7 @@
 //! stays within 0..1.
 
 use super::{Constants, FresnelReflectance, Schlick};
-use crate::math::{Real, Scalar};
+use crate::math::Scalar;
 use crate::model::{ParamSpec, Values};
 
 pub(super) struct F82Tint;
@@ -41,9 +41,8 @@ impl FresnelReflectance for F82Tint {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> [T; 3] {
-        let [fallen, risen, _] = Schlick::factors::<T>(constants, mu);
-        let rest = (-mu).plus(1.0).greater(T::Real::literal(0.0));
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real, rest: T::Real) -> [T; 3] {
+        let [fallen, risen, _] = Schlick::factors::<T>(constants, mu, rest);
         [fallen, risen, risen * (mu * rest)]
     }
 

@@ -15,22 +15,24 @@
 //! its name because distributions have a p.
 
 use super::{Constants, FresnelReflectance};
-use crate::math::Scalar;
+use crate::math::{Real, Scalar};
 use crate::model::parts::distribution::relative_exp_m1;
 use crate::model::{ParamSpec, Scale, Values};
 
 pub(super) struct GeneralisedSchlick;
 
-/// 1 - (1 - mu)^exponent and (1 - mu)^exponent; 1 and 0 with their derivatives where mu is 1, which it can exceed by an
-/// ulp.
+/// 1 - (1 - mu)^exponent and (1 - mu)^exponent; 1 and 0 with their derivatives where mu is 1. `rest` is 1 - mu.
 #[inline(always)]
-pub(super) fn fall_and_rise<T: Scalar>(exponent: T, mu: T::Real) -> (T, T) {
+pub(super) fn fall_and_rise<T: Scalar>(exponent: T, mu: T::Real, rest: T::Real) -> (T, T) {
     let (zero, one) = (T::constant(0.0), T::constant(1.0));
-    let power = exponent * (-mu).ln_1p();
+    let nothing: T::Real = zero.value();
+    // Towards grazing what rounding has left out of 1 - mu; elsewhere `rest` has more digits than mu.
+    let lost: T::Real = (-rest).plus(1.0) - mu;
+    let lost = T::Real::if_less(T::Real::literal(0.5), rest, lost, nothing);
+    let power = exponent * rest.greater(T::Real::TINY).ln_of_sum(lost);
     // The difference from 1 keeps its digits at grazing, where the power tends to 1.
     let fallen = -(relative_exp_m1(power) * power);
-    let below: T::Real = one.value();
-    (T::if_less(mu, below, fallen, one), T::if_less(mu, below, power.exp(), zero))
+    (T::if_less(nothing, rest, fallen, one), T::if_less(nothing, rest, power.exp(), zero))
 }
 
 impl FresnelReflectance for GeneralisedSchlick {
@@ -52,8 +54,8 @@ impl FresnelReflectance for GeneralisedSchlick {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(&[exponent, ..]: &Constants<T>, mu: T::Real) -> [T; 3] {
-        let (fallen, risen) = fall_and_rise(exponent, mu);
+    fn factors<T: Scalar>(&[exponent, ..]: &Constants<T>, mu: T::Real, rest: T::Real) -> [T; 3] {
+        let (fallen, risen) = fall_and_rise(exponent, mu, rest);
         [fallen, risen, T::constant(0.0)]
     }
 

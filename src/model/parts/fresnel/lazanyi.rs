@@ -39,10 +39,10 @@ impl FresnelReflectance for Lazanyi {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> [T; 3] {
-        let [fallen, risen, _] = Schlick::factors::<T>(constants, mu);
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real, rest: T::Real) -> [T; 3] {
+        let [fallen, risen, _] = Schlick::factors::<T>(constants, mu, rest);
         let [exponent, ..] = *constants;
-        let (_, power) = fall_and_rise(exponent, mu);
+        let (_, power) = fall_and_rise(exponent, mu, rest);
         [fallen, risen, power * mu]
     }
 

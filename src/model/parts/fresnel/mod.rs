@@ -12,7 +12,7 @@ mod none;
 mod normal_incidence;
 mod schlick;
 
-pub(crate) use dielectric::{DielectricIndex, index_constants, index_reflectance};
+pub(crate) use dielectric::{DielectricIndex, index_constants, index_reflectance, index_transmittance};
 pub use normal_incidence::{Known, NAMES, eta_of_f0, f0_of_eta, f0_of_index, known_f0};
 pub(crate) use schlick::Schlick;
 
@@ -39,8 +39,8 @@ pub trait FresnelReflectance: 'static {
     /// What depends on the shapes alone, computed once per block.
     fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T>;
 
-    /// The factors at cosine `mu`; those beyond `FACTORS` are ignored.
-    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real) -> [T; 3];
+    /// The factors at cosine `mu` and its difference from 1, `rest`; those beyond `FACTORS` are ignored.
+    fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real, rest: T::Real) -> [T; 3];
 
     /// The coefficients of the factors.
     fn coefficients<T: Scalar>(_: &mut Values<'_, T>) -> [T; 3] {
@@ -64,7 +64,7 @@ impl<F: FresnelReflectance> Part for Reflectance<F> {
 
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 3] {
-        F::factors(constants, g.cos_d)
+        F::factors(constants, g.cos_d, g.one_less_cos_d)
     }
 }
 
@@ -98,7 +98,8 @@ macro_rules! fresnels {
             fn reflectance(self, shapes: &[f64], amplitudes: &[f64], mu: f64) -> f64 {
                 let coefficients = self.coefficients(&mut Values::new(amplitudes));
                 match self { $(Self::$part => {
-                    let factors = $module::$part::factors(&$module::$part::prepare(Values::new(shapes)), mu);
+                    let constants = $module::$part::prepare(Values::new(shapes));
+                    let factors = $module::$part::factors(&constants, mu, 1.0 - mu);
                     let terms = factors.iter().zip(&coefficients).take($module::$part::FACTORS);
                     terms.map(|(factor, coefficient)| factor * coefficient).sum()
                 }),* }

@@ -16,7 +16,7 @@ impl FresnelReflectance for None {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(_: &Constants<T>, _: T::Real) -> [T; 3] {
+    fn factors<T: Scalar>(_: &Constants<T>, _: T::Real, _: T::Real) -> [T; 3] {
         [1.0, 0.0, 0.0].map(T::constant)
     }
 }

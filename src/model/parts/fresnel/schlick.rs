@@ -4,7 +4,7 @@
 //! eta = 1.5 (at 85 degrees) and 0.1 to 0.2 for metals.
 
 use super::{Constants, FresnelReflectance};
-use crate::math::{Real, Scalar};
+use crate::math::Scalar;
 use crate::model::{ParamSpec, Values};
 
 pub(crate) struct Schlick;
@@ -21,9 +21,7 @@ impl FresnelReflectance for Schlick {
     }
 
     #[inline(always)]
-    fn factors<T: Scalar>(_: &Constants<T>, mu: T::Real) -> [T; 3] {
-        // wi.h can exceed 1 by an ulp.
-        let rest = (-mu).plus(1.0).greater(T::Real::literal(0.0));
+    fn factors<T: Scalar>(_: &Constants<T>, mu: T::Real, rest: T::Real) -> [T; 3] {
         let rest2: T::Real = rest * rest;
         let rest4: T::Real = rest2 * rest2;
         // 1 - s = (1 - rest)(1 + rest + ... + rest^4), without the difference of two numbers that meet at grazing.
