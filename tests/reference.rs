@@ -3,12 +3,12 @@
 //! reference` writes anew.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-use brdfit::geometry::Geometry;
+use brdfit::geometry::{self, Block, Geometry};
 use brdfit::math::{Dual, Real, Scalar};
 use brdfit::model::parts::distribution::Distribution;
 use brdfit::model::parts::fresnel::Fresnel;
 use brdfit::model::parts::shadowing::Shadowing;
-use brdfit::model::{Expression, Part, REGISTRY, Role, Values, Visitor};
+use brdfit::model::{AnyModel, BasisBlock, Derivatives, Expression, Part, REGISTRY, Role, Values, Visitor};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -89,10 +89,12 @@ trait Kind: Real {
 
     fn variable(value: f64, index: usize) -> Self::Dual;
     fn parts(dual: Self::Dual) -> (f64, [f64; MOST]);
+    /// A model of one lobe at one pair of directions, with its coefficients: value and derivatives.
+    fn whole_model(model: &AnyModel, wi: [f64; 3], wo: [f64; 3], parameters: &[f64]) -> (f64, [f64; MOST]);
 }
 
 macro_rules! kind {
-    ($float:ident, $single:literal, $rounding:expr, $bounds:expr, $digits:literal) => {
+    ($float:ident, $single:literal, $rounding:expr, $bounds:expr, $digits:literal, $whole:path) => {
         impl Kind for $float {
             const SINGLE: bool = $single;
             const ROUNDING: f64 = $rounding;
@@ -108,11 +110,19 @@ macro_rules! kind {
             fn parts(dual: Self::Dual) -> (f64, [f64; MOST]) {
                 (dual.value.into(), dual.partials.map(f64::from))
             }
+            fn whole_model(
+                model: &AnyModel,
+                wi: [f64; 3],
+                wo: [f64; 3],
+                parameters: &[f64],
+            ) -> (f64, [f64; MOST]) {
+                $whole(model, wi, wo, parameters)
+            }
         }
     };
 }
-kind!(f64, false, f64::EPSILON / 2.0, [1e-12, 1e-10], 15.95);
-kind!(f32, true, 5.960_464_477_539_063e-8, [5e-6, 5e-6], 7.22);
+kind!(f64, false, f64::EPSILON / 2.0, [1e-12, 1e-10], 15.95, in_blocks);
+kind!(f32, true, 5.960_464_477_539_063e-8, [5e-6, 5e-6], 7.22, in_single_precision);
 
 /// Evaluates the parts that it is shown, at one pair of directions.
 struct Outputs<'a, T: Scalar> {
@@ -162,9 +172,6 @@ fn evaluate<T: Scalar>(name: &str, arguments: &[f64], parameters: &[T]) -> T {
     }
     let vector = |first: usize| [argument(first), argument(first + 1), argument(first + 2)];
     let geometry = Geometry::new(vector(0), vector(3));
-    if kind == "model" {
-        return whole(part, &geometry, parameters);
-    }
     let found = if kind == "distribution" {
         outputs(&geometry, parameters, |visitor| Distribution::named(part).show(visitor))
     } else {
@@ -236,16 +243,45 @@ fn expression(model: &str) -> Expression {
     Expression::parse(text).unwrap()
 }
 
-/// A model of one lobe, with its coefficients: as everything else evaluates it.
-fn whole<T: Scalar>(model: &str, geometry: &Geometry<T::Real>, parameters: &[T]) -> T {
-    let expression = expression(model);
-    let specs = expression.lobes()[0].model.parameters();
-    assert_eq!(specs.len(), parameters.len(), "{model}");
-    let of = |role: Role| {
-        let of_role = specs.iter().zip(parameters).filter(|(spec, _)| spec.role == role);
-        of_role.map(|(_, value)| *value).collect::<Vec<T>>()
+/// Which parameters of a model have the role, in order.
+fn places(model: &AnyModel, role: Role) -> Vec<usize> {
+    let specs = model.parameters();
+    (0..specs.len()).filter(|index| specs[*index].role == role).collect()
+}
+
+/// In double precision, as the fit evaluates it.
+fn in_blocks(model: &AnyModel, wi: [f64; 3], wo: [f64; 3], parameters: &[f64]) -> (f64, [f64; MOST]) {
+    let [shapes, amplitudes] = [Role::Shape, Role::Amplitude].map(|role| places(model, role));
+    let of = |places: &[usize]| places.iter().map(|place| parameters[*place]).collect::<Vec<f64>>();
+    let mut block = Block::new();
+    block.fill(std::iter::once(Geometry::new(wi, wo)));
+    let mut basis = BasisBlock::default();
+    model.evaluate(&block, &of(&shapes), Derivatives::All, &mut basis);
+    let coefficients = model.coefficients(&of(&amplitudes));
+    let sum =
+        |rows: &[geometry::Row], by: &[f64]| rows.iter().zip(by).map(|(row, a)| row[0] * a).sum::<f64>();
+    let mut partials = [0.0; MOST];
+    for (shape, place) in shapes.iter().enumerate() {
+        partials[*place] = sum(basis.partials(shape), &coefficients.values);
+    }
+    for (by, place) in coefficients.partials.iter().zip(&amplitudes) {
+        partials[*place] = sum(basis.values(), by);
+    }
+    (sum(basis.values(), &coefficients.values), partials)
+}
+
+/// In single precision, one by one.
+fn in_single_precision(
+    model: &AnyModel,
+    wi: [f64; 3],
+    wo: [f64; 3],
+    parameters: &[f64],
+) -> (f64, [f64; MOST]) {
+    let geometry = Geometry::new(wi.map(f32::literal), wo.map(f32::literal));
+    let of = |role: Role| -> Vec<Dual<f32, MOST>> {
+        places(model, role).into_iter().map(|place| f32::variable(parameters[place], place)).collect()
     };
-    expression.value(geometry, &[(of(Role::Shape), of(Role::Amplitude))])
+    f32::parts(model.value_in(&geometry, &of(Role::Shape), &of(Role::Amplitude)))
 }
 
 /// "smith-ggx": the longest name of a shadowing that begins it, and the distribution, if any.
@@ -403,10 +439,16 @@ fn worst<K: Kind>(table: &Table) -> Worst {
     let mut worst = Worst::default();
     let is_normal = |x: f64| (K::NORMAL.0..=K::NORMAL.1).contains(&x.abs());
     let exception = Exception::of::<K>(&table.name);
+    let whole = table.name.strip_prefix("model-").map(expression);
     for row in table.rows.iter().filter(|row| row.single == K::SINGLE) {
-        let seeded: Vec<K::Dual> =
-            row.parameters.iter().enumerate().map(|(index, p)| K::variable(*p, index)).collect();
-        let (value, partials) = K::parts(evaluate(&table.name, &row.arguments, &seeded));
+        let (value, partials) = if let Some(expression) = &whole {
+            let vector = |first: usize| [0, 1, 2].map(|k| row.arguments[first + k]);
+            K::whole_model(&expression.lobes()[0].model, vector(0), vector(3), &row.parameters)
+        } else {
+            let seeded: Vec<K::Dual> =
+                row.parameters.iter().enumerate().map(|(index, p)| K::variable(*p, index)).collect();
+            K::parts(evaluate(&table.name, &row.arguments, &seeded))
+        };
         let place = || {
             let (arguments, parameters, log) = (&row.arguments, &row.parameters, row.log_factor);
             format!("{} at {arguments:?}, {parameters:?}, log factor {log}", table.name)
