@@ -50,13 +50,17 @@ pub struct Cost {
 const SERIES: Duration = Duration::from_millis(2);
 /// How many series are timed.
 const REPEATS: usize = 9;
-/// Evaluations in a call: the preparation is measured apart, and is small beside so many.
+/// Evaluations in a call. The preparation is measured apart; it is to be small beside so many.
 const PAIRS: usize = 2048;
+/// The same where the preparation takes more operations than [`LONG`], as tables do.
+const MORE_PAIRS: usize = 40_000;
+const LONG: u64 = 20_000;
 
 /// Counts and times evaluations with the parameters of one channel at `pairs`.
 pub(super) fn cost(expression: &Expression, values: &Values<f64>, pairs: &[Pair]) -> Cost {
-    let pairs: Vec<Pair> = pairs.iter().copied().cycle().take(PAIRS).collect();
-    let (operations, once) = counted(expression, values, &pairs);
+    let (operations, once) = counted(expression, values, pairs);
+    let evaluations = if once.weighted() > LONG { MORE_PAIRS } else { PAIRS };
+    let pairs: Vec<Pair> = pairs.iter().copied().cycle().take(evaluations).collect();
     Cost {
         operations,
         weighted: operations.weighted(),

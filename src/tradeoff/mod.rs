@@ -9,12 +9,14 @@ mod plot;
 mod text;
 
 pub use cost::{Cost, Nanoseconds, Spread};
-pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut};
+pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
 pub use plot::svg;
 pub use text::{csv, table};
 
 use crate::error::Error;
-use crate::fit::{ErrorTable, Errors, Fit, Metric, Options, Progress, Quiet, Status, fit, score};
+use crate::fit::{
+    ErrorTable, Errors, Fit, Metric, Options, Progress, Quiet, Selector, Setting, Status, fit, score,
+};
 use crate::geometry::{Directions, Pair};
 use crate::measurement::{Draws, Filters, Measurement, Samples};
 use crate::model::Expression;
@@ -79,6 +81,8 @@ pub struct Data {
 pub struct Entry {
     /// The expression with every choice spelled out.
     pub model: String,
+    /// Parameters that were freed, fixed by default.
+    pub free: &'static [&'static str],
     /// Numbers to store: the parameters that are neither fixed nor tied, of all channels.
     pub parameters: usize,
     /// What an evaluation costs.
@@ -144,6 +148,32 @@ pub struct Request<'a> {
     pub options: &'a Options,
 }
 
+/// A model to be fitted.
+#[derive(Clone, Debug)]
+struct Candidate {
+    expression: Expression,
+    free: &'static [&'static str],
+}
+
+impl Candidate {
+    fn plain(expression: &Expression) -> Self {
+        Self { expression: expression.clone(), free: &[] }
+    }
+
+    fn of(step: &Step) -> Result<Self, Error> {
+        Ok(Self { expression: Expression::parse(step.model)?, free: step.free })
+    }
+
+    /// The options with what is freed.
+    fn options(&self, options: &Options) -> Result<Options, Error> {
+        let mut options = options.clone();
+        for name in self.free {
+            options.settings.push((Selector::parse(name)?, Setting::Free));
+        }
+        Ok(options)
+    }
+}
+
 /// A fit and its errors on all samples.
 struct Fitted {
     expression: Expression,
@@ -182,14 +212,15 @@ pub fn compare(
         pairs: pairs(&samples, options.seed),
         fits: BTreeMap::new(),
     };
-    let ladder: Vec<Expression> = match request.expressions {
-        [] => LADDER.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?,
-        named => named.to_vec(),
+    let ladder: Vec<Candidate> = match request.expressions {
+        [] => LADDER.iter().map(Candidate::of).collect::<Result<_, _>>()?,
+        named => named.iter().map(Candidate::plain).collect(),
     };
     let mut models = Vec::new();
-    for (index, expression) in ladder.iter().enumerate() {
-        progress.stage(&format!("model {} of {}: {}", index + 1, ladder.len(), expression.canonical()));
-        models.extend(work.entry(expression));
+    for (index, candidate) in ladder.iter().enumerate() {
+        let name = candidate.expression.canonical();
+        progress.stage(&format!("model {} of {}: {name}", index + 1, ladder.len()));
+        models.extend(work.entry(candidate));
     }
     mark_front(&mut models, options.metric);
     let mut approximations = Vec::new();
@@ -225,9 +256,10 @@ pub fn compare(
 }
 
 impl Comparison<'_> {
-    /// Fits `expression` to `samples` of the samples.
-    fn fit(&self, expression: &Expression, samples: Option<usize>) -> Result<Fitted, Error> {
-        let mut options = self.options.clone();
+    /// Fits a model to `samples` of the samples.
+    fn fit(&self, candidate: &Candidate, samples: Option<usize>) -> Result<Fitted, Error> {
+        let expression = &candidate.expression;
+        let mut options = candidate.options(self.options)?;
         options.filters.samples = samples;
         let started = Instant::now();
         let fit = fit(self.measurement, expression, &options, &(Arc::new(Quiet) as Arc<dyn Progress>))?;
@@ -236,27 +268,31 @@ impl Comparison<'_> {
         Ok(Fitted { expression: expression.clone(), fit, errors, seconds })
     }
 
-    /// The fit of `expression`, made once.
-    fn fitted(&mut self, expression: &Expression) -> Option<Arc<Fitted>> {
-        let name = expression.canonical();
+    /// The fit of a model, made once.
+    fn fitted(&mut self, candidate: &Candidate) -> Option<Arc<Fitted>> {
+        let name = candidate.expression.canonical();
         if let Some(known) = self.fits.get(&name) {
             return known.as_ref().ok().cloned();
         }
-        let found = self.fit(expression, self.options.filters.samples);
+        let found = self.fit(candidate, self.options.filters.samples);
         let found = found.map(Arc::new).map_err(|error| error.to_string());
         self.fits.insert(name, found.clone());
         found.ok()
     }
 
     /// Errors on angles of incidence that the fit has not seen.
-    fn held_out(&self, expression: &Expression) -> Option<Errors> {
-        let options = Options { hold_out: Some(HOLD_OUT), ..self.options.clone() };
+    fn held_out(&self, candidate: &Candidate) -> Option<Errors> {
+        let options = Options { hold_out: Some(HOLD_OUT), ..candidate.options(self.options).ok()? };
         let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
-        fit(self.measurement, expression, &options, &quiet).ok()?.held_out.map(|held_out| held_out.errors)
+        fit(self.measurement, &candidate.expression, &options, &quiet)
+            .ok()?
+            .held_out
+            .map(|held_out| held_out.errors)
     }
 
-    fn entry(&mut self, expression: &Expression) -> Option<Entry> {
-        let fitted = self.fitted(expression)?;
+    fn entry(&mut self, candidate: &Candidate) -> Option<Entry> {
+        let expression = &candidate.expression;
+        let fitted = self.fitted(candidate)?;
         let Fitted { fit, errors, seconds, .. } = fitted.as_ref();
         let values = fit.table.formula_values(0);
         let double = self.values(&fitted);
@@ -266,7 +302,8 @@ impl Comparison<'_> {
             parameters: stored(fit),
             cost: cost::cost(expression, &values, &self.pairs),
             errors: (&errors.all).into(),
-            held_out: self.held_out(expression).as_ref().map(ErrorRecord::from),
+            free: candidate.free,
+            held_out: self.held_out(candidate).as_ref().map(ErrorRecord::from),
             single_precision: self.distance(&single, &double),
             usable: fit.unusable.is_none(),
             on_front: false,
@@ -294,7 +331,9 @@ impl Comparison<'_> {
     fn approximation(&mut self, shortcut: &Shortcut) -> Result<Option<Approximation>, Error> {
         let (exact, approximate) =
             (Expression::parse(shortcut.exact)?, Expression::parse(shortcut.approximate)?);
-        let (Some(of_exact), Some(of_other)) = (self.fitted(&exact), self.fitted(&approximate)) else {
+        let (Some(of_exact), Some(of_other)) =
+            (self.fitted(&Candidate::plain(&exact)), self.fitted(&Candidate::plain(&approximate)))
+        else {
             return Ok(None);
         };
         let metric = self.options.metric;
@@ -320,12 +359,12 @@ impl Comparison<'_> {
         let best = usable.min_by(|a, b| recorded(&a.errors, metric).total_cmp(&recorded(&b.errors, metric)));
         let mut fits = Vec::new();
         if let Some(best) = best {
-            let expression = Expression::parse(&best.model)?;
+            let candidate = Candidate { expression: Expression::parse(&best.model)?, free: best.free };
             let all = self.samples.len();
             for samples in BUDGETS.into_iter().filter(|budget| *budget < all).chain([all]) {
                 progress.stage(&format!("{samples} samples of {all}"));
                 // Too few for the model's parameters, or all at one angle: there is no such fit.
-                let Ok(fitted) = self.fit(&expression, Some(samples)) else { continue };
+                let Ok(fitted) = self.fit(&candidate, Some(samples)) else { continue };
                 let error = fitted.errors.all.in_metric(metric);
                 fits.push(Budget { samples, error, fit_s: fitted.seconds });
             }

@@ -4,7 +4,9 @@ use super::{Entry, Tradeoff, recorded_in};
 use crate::error::Error;
 use plotters::prelude::*;
 
-const SIZE: (u32, u32) = (900, 560);
+/// Width, and height of the plot alone; below it each model has a line.
+const SIZE: (u32, u32) = (900, 480);
+const LINE: u32 = 15;
 const FRONT: RGBColor = RGBColor(0, 90, 160);
 const BEHIND: RGBColor = RGBColor(150, 150, 150);
 
@@ -53,8 +55,11 @@ fn draw(text: &mut String, found: &Tradeoff, points: &[Point<'_>]) -> Result<(),
             points.iter().map(of).fold((f64::MAX, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
         low / 1.25..high * 1.25
     };
-    let area = SVGBackend::with_string(text, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
+    let lines = u32::try_from(points.len()).unwrap_or(u32::MAX).saturating_add(1);
+    let height = SIZE.1.saturating_add(LINE.saturating_mul(lines));
+    let whole = SVGBackend::with_string(text, (SIZE.0, height)).into_drawing_area();
+    whole.fill(&WHITE)?;
+    let (area, legend) = whole.split_vertically(SIZE.1);
     let mut chart = ChartBuilder::on(&area)
         .caption(&found.data.path, ("sans-serif", 18))
         .margin(14)
@@ -78,14 +83,12 @@ fn draw(text: &mut String, found: &Tradeoff, points: &[Point<'_>]) -> Result<(),
         let style = ("sans-serif", 13).into_font().color(&colour);
         chart.draw_series([Text::new(format!(" {}", index + 1), at, style)])?;
     }
-    let longest = 110;
-    for (index, point) in points.iter().enumerate() {
+    for (line, (number, point)) in (0_i32..).zip((1..).zip(points)) {
         let colour = if point.entry.on_front { FRONT } else { BEHIND };
-        let line = i32::try_from(index).unwrap_or(i32::MAX);
-        let name: String = format!("{}  {}", index + 1, point.entry.model).chars().take(longest).collect();
-        let style = ("sans-serif", 11).into_font().color(&colour);
-        area.draw(&Text::new(name, (330, 44 + 14 * line), style))?;
+        let style = ("sans-serif", 12).into_font().color(&colour);
+        let place = (24, i32::try_from(LINE)?.saturating_mul(line));
+        legend.draw(&Text::new(format!("{number}  {}", point.entry.model), place, style))?;
     }
-    area.present()?;
+    whole.present()?;
     Ok(())
 }

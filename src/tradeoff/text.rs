@@ -34,9 +34,10 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
         let mark = if entry.on_front { "*" } else { "" };
         let ns = &entry.cost.time_ns;
         let unusable = if entry.usable { "" } else { "  (not usable)" };
+        let free: String = entry.free.iter().map(|name| format!("  --free {name}")).collect();
         writeln!(
             text,
-            "{mark:<2}{:>7} {:>8.1} {:>8.1} {:>8.1} {:>6} {:>11} {:>11} {:>8.0e} {:>8.2}  {}{unusable}",
+            "{mark:<2}{:>7} {:>8.1} {:>8.1} {:>8.1} {:>6} {:>11} {:>11} {:>8.0e} {:>8.2}  {}{free}{unusable}",
             entry.cost.weighted,
             ns.scalar_f64.median,
             ns.scalar_f32.median,
