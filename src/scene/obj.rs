@@ -126,7 +126,10 @@ impl Parser<'_> {
                 let from = if number < 0 { i64::try_from(len).ok()? } else { -1 };
                 usize::try_from(from.checked_add(number)?).ok().filter(|index| *index < len)
             });
-            index.map(Some).ok_or_else(|| format!("a corner with an index of 1 to {len}, or -1 to -{len}"))
+            index.map(Some).ok_or_else(|| match len {
+                0 => "a statement (v, vt, vn) above the corner that names it".to_owned(),
+                _ => format!("a corner with an index of 1 to {len}, or -1 to -{len}"),
+            })
         };
         let indices = (part(self.points.len()), part(self.textures.len()), part(self.normals.len()));
         let more = parts.next().is_some();

@@ -329,22 +329,28 @@ impl Reader<'_> {
         Ok((bytes.ok_or_else(too_long)?, path))
     }
 
-    fn number(&self, field: &str, value: f64, low: f64, high: f64) -> Result<f64, Error> {
+    /// A number from `low` to `high`; `unit` ends what the message calls them.
+    fn number(&self, field: &str, value: f64, [low, high]: [f64; 2], unit: &str) -> Result<f64, Error> {
         if (low..=high).contains(&value) {
             return Ok(value);
         }
-        Err(self.wrong(format!("{low:?} to {high:?} in {field}"), format!("{value}")))
+        let short = |x: f64| match x.abs() {
+            size if size == 0.0 || (1e-3..1e4).contains(&size) => x.to_string(),
+            _ => format!("{x:e}"),
+        };
+        let expected = format!("{} to {}{unit} in {field}", short(low), short(high));
+        Err(self.wrong(expected, short(value)))
     }
 
     fn point(&self, field: &str, value: [f64; 3]) -> Result<DVec3, Error> {
         for coordinate in value {
-            self.number(field, coordinate, -LARGEST, LARGEST)?;
+            self.number(field, coordinate, [-LARGEST, LARGEST], " m")?;
         }
         Ok(DVec3::from_array(value))
     }
 
     fn size(&self, field: &str, value: f64) -> Result<f64, Error> {
-        self.number(field, value, SMALLEST, LARGEST)
+        self.number(field, value, [SMALLEST, LARGEST], " m")
     }
 
     fn direction(&self, field: &str, value: [f64; 3]) -> Result<DVec3, Error> {
@@ -359,7 +365,7 @@ impl Reader<'_> {
 
     fn light(&self, field: &str, value: [f64; 3]) -> Result<DVec3, Error> {
         for channel in value {
-            self.number(field, channel, 0.0, BRIGHTEST)?;
+            self.number(field, channel, [0.0, BRIGHTEST], "")?;
         }
         if value == [0.0; 3] {
             return Err(self.wrong(format!("a value above 0 in {field}"), "[0, 0, 0]"));
@@ -378,7 +384,8 @@ impl Reader<'_> {
             let expected = "camera.up across the direction from camera.position to camera.look_at";
             return Err(self.wrong(expected, "one along it"));
         }
-        let fov = self.number("camera.vertical_fov_deg", fields.vertical_fov_deg, 0.01, 170.0)?;
+        let fov =
+            self.number("camera.vertical_fov_deg", fields.vertical_fov_deg, [0.01, 170.0], " degrees")?;
         for (field, value) in [("camera.width", fields.width), ("camera.height", fields.height)] {
             if !(1..=LARGEST_SIDE).contains(&value) {
                 return Err(self.wrong(format!("1 to {LARGEST_SIDE} pixels in {field}"), value.to_string()));
@@ -485,7 +492,7 @@ impl NamedLight<'_> {
                 lights::panel(center, u, v, light("radiance_rgb", fields.radiance_rgb)?, fields.samples)
             }
             LightFields::Environment(fields) => {
-                let scale = file.number(&self.name("scale"), fields.scale, 1e-12, BRIGHTEST)?;
+                let scale = file.number(&self.name("scale"), fields.scale, [1e-12, BRIGHTEST], "")?;
                 let (bytes, path) = file.named(&self.name("exr"), &fields.exr, environment::MOST_BYTES)?;
                 environment::lamps(&bytes, &path, scale, fields.samples)?
             }

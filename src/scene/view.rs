@@ -58,12 +58,11 @@ impl View {
 /// What the pixels of `scene` see.
 pub(super) fn of(scene: &Scene) -> Result<View, Error> {
     let (width, height) = scene.size();
-    let hits: Vec<Option<Hit>> = (0..width * height)
-        .into_par_iter()
-        .map(|pixel| scene.surface.hit(&scene.camera.ray(pixel % width, pixel / width)))
-        .collect();
-    let covered: Vec<bool> = hits.iter().map(Option::is_some).collect();
-    let seeing = hits.iter().flatten().count();
+    let hit = |pixel: u32| scene.surface.hit(&scene.camera.ray(pixel % width, pixel / width));
+    // The points themselves are found again below: kept, those of a large image would be gigabytes.
+    let covered: Vec<bool> = (0..width * height).into_par_iter().map(|pixel| hit(pixel).is_some()).collect();
+    let pixels: Vec<u32> = (0..).zip(&covered).filter_map(|(pixel, seen)| seen.then_some(pixel)).collect();
+    let seeing = pixels.len();
     if seeing == 0 {
         return Err(scene.wrong("a camera that sees the outside of the surface", "no pixel that does"));
     }
@@ -74,13 +73,16 @@ pub(super) fn of(scene: &Scene) -> Result<View, Error> {
         );
         return Err(scene.wrong(format!("at most {MOST_SAMPLES} samples"), found));
     }
-    let numbered: Vec<(u32, Hit)> = (0..).zip(hits).filter_map(|(pixel, hit)| Some((pixel, hit?))).collect();
     // Pieces of a fixed size, joined in order: the same list at any number of threads.
-    let pieces: Vec<Vec<Seen>> = numbered
+    let pieces: Vec<Vec<Seen>> = pixels
         .par_chunks(64)
-        .map(|hits| {
-            let mut samples = Vec::with_capacity(hits.len() * lamps / 2);
-            hits.iter().for_each(|(pixel, hit)| look(scene, *pixel, hit, &mut samples));
+        .map(|pixels| {
+            let mut samples = Vec::with_capacity(pixels.len() * lamps / 2);
+            for &pixel in pixels {
+                if let Some(hit) = hit(pixel) {
+                    look(scene, pixel, &hit, &mut samples);
+                }
+            }
             samples
         })
         .collect();
