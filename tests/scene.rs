@@ -467,6 +467,31 @@ fn the_nearest_triangle_is_seen() {
     assert!(view.covered.iter().filter(|covered| **covered).count() > 1000);
 }
 
+/// From afar the silhouettes are a disc, and the rectangles of a plane and of a cylinder seen from the side; the ends of a cylinder hide
+/// it, and are not seen.
+#[test]
+fn silhouettes_have_their_shape() {
+    let folder = Folder::new();
+    let sun = json!([{"directional": {"to_light": [0, 0, 1], "irradiance_rgb": [1, 1, 1]}}]);
+    let cylinder = |axis: [i32; 3]| json!({"cylinder": {"center": [0.11, 0, 0], "axis": axis, "radius": 0.4, "height": 1.2}});
+    let oblong = json!({"plane": {"center": [0.11, 0, 0], "normal": [0, 0, 1], "tangent": [0, 5, 0], "half_width": 0.4, "half_height": 0.6}});
+    let beyond = |p: DVec3| p.x.abs() > 0.6 || p.y.abs() > 0.4;
+    let ball = json!({"sphere": {"center": [0.11, 0, 0], "radius": 0.7}});
+    let n = 50;
+    for (surface, outside) in [
+        (cylinder([2, 0, 0]), &beyond as &dyn Fn(DVec3) -> bool),
+        (oblong, &beyond),
+        (ball, &|p: DVec3| p.length() > 0.7),
+    ] {
+        let view = folder.view(&surface, &above(1e4, n), &sun);
+        for (pixel, covered) in view.covered.iter().enumerate() {
+            assert_eq!(*covered, !outside(floor(pixel, n) - DVec3::X * 0.11), "{surface} at {pixel}");
+        }
+    }
+    let end = folder.read(&cylinder([0, 0, 1]), &above(1e4, n), &sun).unwrap().view().unwrap_err();
+    assert!(end.to_string().contains("sees the outside of the surface"), "{end}");
+}
+
 #[test]
 fn tangents_follow_the_surface() {
     let lights = json!([{"directional": {"to_light": [1, -1, 1], "irradiance_rgb": [1, 1, 1]}}]);
@@ -582,6 +607,17 @@ fn the_ready_scenes_show_something() {
             assert!(steepest < 65_f64.to_radians().cos());
         }
     }
+}
+
+#[test]
+fn the_documented_example_is_a_scene() {
+    let text = fs::read_to_string(Path::new(ROOT).join("docs/scene.md")).unwrap();
+    let example = text.split("```json\n").nth(1).unwrap().split("```").next().unwrap();
+    let folder = Folder::new();
+    folder.write("example.json", example);
+    assert_sound(&Scene::read(&folder.0.path().join("example.json")).unwrap().view().unwrap());
+    let validator = jsonschema::validator_for(&serde_json::to_value(schema()).unwrap()).unwrap();
+    assert!(validator.is_valid(&serde_json::from_str(example).unwrap()));
 }
 
 /// `BRDFIT_UPDATE=1 cargo test --test scene` writes the file anew.
