@@ -100,7 +100,7 @@ impl Error {
 }
 
 /// The operating system's words without the error number that Rust appends.
-fn plain(error: &std::io::Error) -> String {
+pub(crate) fn plain(error: &std::io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or(&text).to_owned()
 }

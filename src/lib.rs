@@ -10,6 +10,7 @@ pub mod math;
 pub mod measurement;
 pub mod model;
 pub mod report;
+pub mod scene;
 pub mod synthetic;
 pub mod tradeoff;
 

@@ -1,0 +1,160 @@
+//! Light from afar, as an OpenEXR image of all directions.
+//!
+//! The image is a latitude-longitude map with +z at its upper edge: the centre of column i and row j of W x H pixels lies at
+//!
+//! ```text
+//! theta = pi (j + 1/2)/H from +z        phi = pi - 2 pi (i + 1/2)/W        wi = (sin theta cos phi, sin theta sin phi, cos theta)
+//! ```
+//!
+//! so that the middle of the image looks along +x, and +y, to the left of who looks there with +z up, is left in the image.
+//!
+//! Directions are as dense as the mean of the three channels times the solid angle: the cumulative sum of that over the rows, and
+//! within a row over the columns, is inverted at the points of a lattice. Each direction stands for an equal share of the map's power, and
+//! carries its pixel's colour: L/(n pdf), with pdf the pixel's mean over the map's power.
+
+use super::lights::{Lamp, lattice, sky};
+use crate::error::{Error, Place, short};
+use crate::math::count;
+use exr::meta::MetaData;
+use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, read};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+use std::io::Cursor;
+use std::path::Path;
+
+/// The most bytes of a file.
+pub(super) const MOST_BYTES: u64 = 128 << 20;
+/// The most pixels.
+const MOST_PIXELS: usize = 4096 * 2048;
+/// The most channels, others than red, green and blue among them.
+const MOST_CHANNELS: usize = 32;
+
+/// Radiance by row and column.
+struct Map {
+    width: usize,
+    pixels: Vec<[f32; 3]>,
+}
+
+/// The points of light that stand for the map in the bytes of an EXR file, its values times `scale`.
+pub(super) fn lamps(bytes: &[u8], path: &Path, scale: f64, samples: u32) -> Result<Vec<Lamp>, Error> {
+    let map = map(bytes, path)?;
+    let rows = map.pixels.len() / map.width;
+    let edge = |row: usize| (PI * count(row) / count(rows)).cos();
+    let solid_angle = |row: usize| TAU / count(map.width) * (edge(row) - edge(row + 1));
+    let power: Vec<f64> = map
+        .pixels
+        .chunks(map.width)
+        .enumerate()
+        .map(|(row, pixels)| pixels.iter().map(mean).sum::<f64>() * solid_angle(row))
+        .collect();
+    let total: f64 = power.iter().sum();
+    let mut lamps = Vec::new();
+    // The lattice's first coordinate ascends, and the rows are walked along with it.
+    let (mut row, mut below) = (0, 0.0);
+    let mut columns = cumulative(&map, row);
+    for (u, v) in lattice(samples) {
+        let wanted = u * total;
+        while let Some(here) = power.get(row).filter(|here| row + 1 < rows && below + **here <= wanted) {
+            below += here;
+            row += 1;
+            columns.clear();
+        }
+        if columns.is_empty() {
+            columns = cumulative(&map, row);
+        }
+        let of_row = columns.last().copied().unwrap_or(0.0);
+        let column = columns.partition_point(|sum| *sum <= v * of_row);
+        let Some(pixel) = map.pixels.get(row * map.width + column.min(map.width - 1)) else { continue };
+        let value = mean(pixel);
+        let here = power.get(row).copied().unwrap_or(0.0);
+        // Only rounding at the end of a row leads to a pixel without light.
+        if value <= 0.0 || here <= 0.0 {
+            continue;
+        }
+        let before = column.checked_sub(1).and_then(|before| columns.get(before)).copied().unwrap_or(0.0);
+        let down = ((wanted - below) / here).clamp(0.0, 1.0);
+        let right = ((v * of_row - before) / value).clamp(0.0, 1.0);
+        let cosine = edge(row) + (edge(row + 1) - edge(row)) * down;
+        let share = scale * total / (value * f64::from(samples));
+        lamps.push(Lamp::Far {
+            to_light: sky(cosine, (count(column) + right) / count(map.width)),
+            irradiance: DVec3::from_array(pixel.map(f64::from)) * share,
+        });
+    }
+    Ok(lamps)
+}
+
+fn mean(pixel: &[f32; 3]) -> f64 {
+    pixel.iter().copied().map(f64::from).sum::<f64>() / 3.0
+}
+
+/// Sums of the means from the left edge of a row to the right of each column.
+fn cumulative(map: &Map, row: usize) -> Vec<f64> {
+    let pixels = map.pixels.chunks(map.width).nth(row).unwrap_or_default();
+    let sums = pixels.iter().scan(0.0, |sum, pixel| {
+        *sum += mean(pixel);
+        Some(*sum)
+    });
+    sums.collect()
+}
+
+/// The image, refused before much memory is taken if it is too large.
+fn map(bytes: &[u8], path: &Path) -> Result<Map, Error> {
+    let wrong = |expected: String, found: String| Error::malformed(path, Place::File, expected, found);
+    let refused = |error: exr::error::Error| {
+        wrong("an OpenEXR image with channels R, G and B".to_owned(), short(&error.to_string()))
+    };
+    let headers = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(refused)?.headers;
+    let Some(header) = headers.first().filter(|header| headers.len() == 1 && !header.deep) else {
+        return Err(wrong("one layer of plain pixels".to_owned(), "several, or deep ones".to_owned()));
+    };
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
+    if width.saturating_mul(height) > MOST_PIXELS {
+        return Err(wrong(format!("at most {MOST_PIXELS} pixels"), format!("{width} x {height}")));
+    }
+    let whole = header.shared_attributes.display_window.size;
+    if (width, height) != (whole.width(), whole.height()) {
+        let found = format!("{width} x {height} pixels of {} x {}", whole.width(), whole.height());
+        return Err(wrong("an image of all directions".to_owned(), found));
+    }
+    if header.channels.list.len() > MOST_CHANNELS {
+        let found = header.channels.list.len().to_string();
+        return Err(wrong(format!("at most {MOST_CHANNELS} channels"), found));
+    }
+    for name in ["R", "G", "B"] {
+        if !header.channels.list.iter().any(|channel| channel.name.eq(name)) {
+            return Err(wrong("an OpenEXR image with channels R, G and B".to_owned(), format!("no {name}")));
+        }
+    }
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .collect_pixels(
+            |size, _| Map { width: size.width(), pixels: vec![[0.0; 3]; size.area()] },
+            |map, at, (r, g, b): (f32, f32, f32)| {
+                if let Some(pixel) = map.pixels.get_mut(at.y() * map.width + at.x()) {
+                    *pixel = [r, g, b];
+                }
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(refused)?;
+    let map = image.layer_data.channel_data.pixels;
+    for (index, pixel) in map.pixels.iter().enumerate() {
+        if let Some(value) = pixel.iter().find(|value| !value.is_finite() || **value < 0.0) {
+            let found = format!("{value} in column {} of row {}", index % map.width, index / map.width);
+            return Err(wrong("finite values, none below 0".to_owned(), found));
+        }
+    }
+    if !map.pixels.iter().any(|pixel| mean(pixel) > 0.0) {
+        return Err(wrong("a value above 0".to_owned(), "no light".to_owned()));
+    }
+    Ok(map)
+}

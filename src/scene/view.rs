@@ -1,0 +1,117 @@
+//! What the pixels of a scene see.
+
+use super::frame::Hit;
+use super::{MOST_SAMPLES, Scene};
+use crate::error::Error;
+use crate::geometry::{Directions, Pair};
+use rayon::prelude::*;
+
+/// What the pixels of a scene see of its surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows, the first one at the top.
+    pub height: u32,
+    /// Whether a pixel, by rows, sees the surface.
+    pub covered: Vec<bool>,
+    /// What they see of it, pixel after pixel.
+    pub samples: Vec<Seen>,
+}
+
+/// One pair of directions that a pixel sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// The pixel: column + width row.
+    pub pixel: u32,
+    /// The directions, in the local frame.
+    pub pair: Pair,
+    /// What the BRDF is to be multiplied by for red, green and blue, W/m^2.
+    pub weight: [f64; 3],
+}
+
+impl View {
+    /// The pairs of directions of all samples, in order.
+    #[must_use]
+    pub fn directions(&self) -> Directions {
+        Directions::Scattered(self.samples.iter().map(|seen| seen.pair).collect())
+    }
+
+    /// The image, W/(m^2 sr) of red, green and blue by rows, that values of the BRDF make, one per sample and channel. What does
+    /// not see the surface is black.
+    #[must_use]
+    pub fn image(&self, values: [&[f64]; 3]) -> Vec<[f64; 3]> {
+        let mut image = vec![[0.0; 3]; self.covered.len()];
+        for (channel, values) in values.into_iter().enumerate() {
+            for (seen, f) in self.samples.iter().zip(values) {
+                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| image.get_mut(pixel));
+                let sum = pixel.and_then(|pixel| pixel.get_mut(channel));
+                if let (Some(sum), Some(weight)) = (sum, seen.weight.get(channel)) {
+                    *sum += weight * f;
+                }
+            }
+        }
+        image
+    }
+}
+
+/// What the pixels of `scene` see.
+pub(super) fn of(scene: &Scene) -> Result<View, Error> {
+    let (width, height) = scene.size();
+    let hit = |pixel: u32| scene.surface.hit(&scene.camera.ray(pixel % width, pixel / width));
+    // The points themselves are found again below: kept, those of a large image would be gigabytes.
+    let covered: Vec<bool> = (0..width * height).into_par_iter().map(|pixel| hit(pixel).is_some()).collect();
+    let pixels: Vec<u32> = (0..).zip(&covered).filter_map(|(pixel, seen)| seen.then_some(pixel)).collect();
+    let seeing = pixels.len();
+    if seeing == 0 {
+        return Err(scene.wrong("a camera that sees the outside of the surface", "no pixel that does"));
+    }
+    let lamps = scene.lamps.len();
+    if seeing.saturating_mul(lamps) > MOST_SAMPLES {
+        let found = format!(
+            "{seeing} pixels times {lamps} points of light: less width and height, or fewer samples of the lights, will do"
+        );
+        return Err(scene.wrong(format!("at most {MOST_SAMPLES} samples"), found));
+    }
+    // Pieces of a fixed size, joined in order: the same list at any number of threads.
+    let pieces: Vec<Vec<Seen>> = pixels
+        .par_chunks(64)
+        .map(|pixels| {
+            let mut samples = Vec::with_capacity(pixels.len() * lamps / 2);
+            for &pixel in pixels {
+                if let Some(hit) = hit(pixel) {
+                    look(scene, pixel, &hit, &mut samples);
+                }
+            }
+            samples
+        })
+        .collect();
+    let mut samples = Vec::with_capacity(pieces.iter().map(Vec::len).sum());
+    pieces.into_iter().for_each(|piece| samples.extend(piece));
+    if samples.is_empty() {
+        return Err(scene.wrong("a light that reaches what is seen", "none"));
+    }
+    Ok(View { width, height, covered, samples })
+}
+
+/// Adds what one pixel sees.
+fn look(scene: &Scene, pixel: u32, hit: &Hit, samples: &mut Vec<Seen>) {
+    let wo = hit.frame.local((scene.camera.position - hit.point).normalize());
+    // At the rim of a mesh a facet may be seen whose shading normal looks away.
+    if wo.z <= 0.0 {
+        return;
+    }
+    for lamp in &scene.lamps {
+        let Some((to_light, distance, irradiance)) = lamp.at(hit.point) else { continue };
+        let cosine = hit.frame.normal().dot(to_light);
+        if cosine <= 0.0 || scene.surface.hides(hit, to_light, distance) {
+            continue;
+        }
+        let weight = irradiance * cosine;
+        // A panel seen from its edge, or light so faint that it vanishes.
+        if weight.max_element() > 0.0 {
+            let wi = hit.frame.local(to_light);
+            samples.push(Seen { pixel, pair: Pair { wi, wo }, weight: weight.to_array() });
+        }
+    }
+}
