@@ -175,18 +175,17 @@ mod tests {
         let text = r#"{"scene":"sphere","pixels":1517}"#;
         let bytes = exr(&image, text).unwrap();
         assert_eq!(bytes, exr(&image, text).unwrap());
-        let read = exr::prelude::read_first_rgba_layer_from_file;
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), &bytes).unwrap();
-        let back = read(
+        let back = exr::prelude::read_first_rgba_layer_from_file(
             file.path(),
-            |size, _| vec![[0.0_f32; 3]; size.width() * size.height()],
+            |size, _| vec![[0.0_f32; 3]; size.area()],
             |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| pixels[at.y() * 37 + at.x()] = [r, g, b],
         )
         .unwrap();
         let expected: Vec<[f32; 3]> = image.pixels.iter().map(|pixel| pixel.map(single)).collect();
         assert_eq!(back.layer_data.channel_data.pixels, expected);
-        let attributes = &back.attributes.other;
+        let attributes = &back.layer_data.attributes.other;
         assert_eq!(attributes.len(), 1);
         assert_eq!(attributes[&Text::from(ATTRIBUTE)], AttributeValue::Text(Text::from(text)));
         assert!(exr(&Image { width: 2, height: 2, pixels: vec![] }, text).is_err());
