@@ -104,17 +104,14 @@ impl Cells {
             let cell = usize::try_from(*self.cells.get(sample)?).ok()?;
             let [h, d, p] = [cell / (n_d * n_p), (cell / n_p) % n_d, cell % n_p];
             let sides = [
-                Some(([h + 1, d, p], h.checked_sub(1).map(|h| [h, d, p]))),
-                Some(([h, d + 1, p], d.checked_sub(1).map(|d| [h, d, p]))),
-                Some(([h, d, (p + 1) % n_p], Some([h, d, (p + n_p - 1) % n_p]))),
+                (Some([h + 1, d, p]), h.checked_sub(1).map(|h| [h, d, p])),
+                (Some([h, d + 1, p]), d.checked_sub(1).map(|d| [h, d, p])),
+                (Some([h, d, (p + 1) % n_p]), Some([h, d, (p + n_p - 1) % n_p])),
             ];
             let mut found = vec![0.0; self.channels];
             let mut axes = 0;
-            for (above, below) in sides.into_iter().flatten() {
-                let (Some(above), Some(below)) = (self.value(above), below.and_then(|at| self.value(at)))
-                else {
-                    continue;
-                };
+            for side in sides.map(|(above, below)| [above, below].map(|at| self.value(at?))) {
+                let [Some(above), Some(below)] = side else { continue };
                 axes += 1;
                 for ((f, a), b) in found.iter_mut().zip(above).zip(below) {
                     *f += 0.5 * (a + b);
@@ -141,4 +138,114 @@ fn between(x: f64) -> [(usize, f64); 2] {
 )]
 fn whole(x: f64) -> usize {
     x as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Answer, Interpolant};
+    use super::*;
+    use crate::geometry::{Directions, direction};
+    use crate::measurement::Measurement;
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
+    use glam::{DQuat, DVec3};
+    use std::sync::Arc;
+
+    /// A table of one channel that holds f(indices) where it is there.
+    fn table(grid: Arc<HalfDifferenceGrid>, f: impl Fn([usize; 3]) -> Option<f64>) -> Interpolant {
+        let [n_h, n_d, n_p] = HalfDifferenceGrid::DIMENSIONS;
+        let (mut cells, mut values) = (Vec::new(), Vec::new());
+        for (h, d, p) in (0..n_h).flat_map(|h| (0..n_d).flat_map(move |d| (0..n_p).map(move |p| (h, d, p)))) {
+            if let Some(f) = f([h, d, p]) {
+                cells.push(u32::try_from(p + n_p * (d + n_d * h)).unwrap());
+                values.push(f);
+            }
+        }
+        let cells = Cells::new(&grid, &cells, &[values]);
+        Interpolant { channels: 1, kind: super::super::Kind::Cells(cells) }
+    }
+
+    /// The pair at these indices, whole at centres, by turning vectors rather than by the grid's formulas.
+    fn pair([h, d, p]: [f64; 3], offset: f64, phi_h: f64) -> Pair {
+        let theta_h = ((h + offset) / 90.0).powi(2) * FRAC_PI_2;
+        let (theta_d, phi_d) = ((d + offset) / 90.0 * FRAC_PI_2, (p + offset) / 180.0 * PI);
+        let turn = DQuat::from_rotation_z(phi_h) * DQuat::from_rotation_y(theta_h);
+        Pair { wi: turn * direction(theta_d, phi_d), wo: turn * direction(theta_d, phi_d + PI) }
+    }
+
+    fn one(interpolant: &Interpolant, pair: Pair) -> (f64, bool) {
+        let Answer { values, covered } = interpolant.at(&[pair]);
+        (values[0][0], covered[0])
+    }
+
+    #[test]
+    fn linear_between_centres() {
+        let f = |h: f64, d: f64, p: f64| 3.0 + 0.1 * h - 0.02 * d + 0.005 * p + 0.001 * h * d;
+        for (grid, offset) in
+            [(HalfDifferenceGrid::merl_centers(), 0.5), (HalfDifferenceGrid::merl_edges(), 0.0)]
+        {
+            let table = table(grid, |[h, d, p]| Some(f(count(h), count(d), count(p))));
+            for at in
+                [[0.0; 3], [4.0, 30.0, 90.0], [4.25, 30.5, 90.75], [20.9, 5.1, 178.9], [50.3, 2.2, 33.3]]
+            {
+                for phi_h in [0.0, 1.0, 4.0] {
+                    let [h, d, p] = at;
+                    let pair = pair(at, offset, phi_h);
+                    // At theta_h = theta_d = 0 there is no phi_d.
+                    if h + d + offset > 0.0 {
+                        assert_relative_eq!(one(&table, pair).0, f(h, d, p), max_relative = 1e-9);
+                    }
+                    assert!(one(&table, pair).1);
+                    // Reciprocity.
+                    let exchanged = Pair { wi: pair.wo, wo: pair.wi };
+                    assert_relative_eq!(one(&table, exchanged).0, one(&table, pair).0, max_relative = 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn phi_d_returns_after_half_a_turn() {
+        let table = table(HalfDifferenceGrid::merl_centers(), |[_, _, p]| {
+            Some(if p == 0 {
+                1.0
+            } else if p == 179 {
+                3.0
+            } else {
+                100.0
+            })
+        });
+        assert_relative_eq!(one(&table, pair([20.0, 10.0, -0.25], 0.5, 0.0)).0, 1.5, max_relative = 1e-9);
+        assert_relative_eq!(one(&table, pair([20.0, 10.0, 179.25], 0.5, 0.0)).0, 2.5, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn cells_that_are_not_there() {
+        let f =
+            |[h, d, p]: [usize; 3]| (h < 40 && d < 60 && [h, d, p] != [10, 10, 10]).then(|| 1.0 + count(h));
+        let table = table(HalfDifferenceGrid::merl_centers(), f);
+        // One of eight missing: the rest of its plane stands in for it.
+        let (value, covered) = one(&table, pair([10.5, 10.5, 10.5], 0.5, 0.0));
+        assert_relative_eq!(value, (3.0 * 11.0 + 4.0 * 12.0) / 7.0, max_relative = 1e-9);
+        assert!(covered);
+        // A missing cell's own place has no other weight; the value is that of a neighbour towards 0.
+        let (value, covered) = one(&table, pair([10.0, 10.0, 10.0], 0.5, 0.0));
+        assert!((10.0 - 1e-9..=12.0).contains(&value), "{value}");
+        assert!(!covered);
+        // Beyond all data.
+        let (value, covered) = one(&table, pair([30.0, 75.0, 90.0], 0.5, 0.0));
+        assert!(value > 0.0 && !covered);
+        let below = Pair { wi: DVec3::Z, wo: -DVec3::Z };
+        assert_eq!(one(&table, below), (0.0, true));
+    }
+
+    #[test]
+    fn leave_out_sees_curvature_only() {
+        // Linear along each axis, but for phi_d, where it returns.
+        let straight = table(HalfDifferenceGrid::merl_centers(), |[h, d, _]| Some(count(h + 2 * d + 5)));
+        let error = straight.leave_out_error().unwrap();
+        assert_eq!(error.samples, 4000);
+        assert_abs_diff_eq!(error.p95, 0.0, epsilon = 1e-12);
+        let lone = table(HalfDifferenceGrid::merl_centers(), |at| (at == [3, 4, 5]).then_some(1.0));
+        assert_eq!(lone.leave_out_error(), None);
+    }
 }

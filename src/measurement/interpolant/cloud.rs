@@ -264,3 +264,144 @@ fn weights(found: &[Near], q: &Point) -> Vec<f64> {
     let slope = covariance.cholesky().map_or_else(Vector::zeros, |s| s.solve(&mean));
     weighted().map(|(near, weight)| weight * (1.0 - (from(near) - mean).dot(&slope))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Answer, Interpolant};
+    use super::*;
+    use crate::geometry::direction;
+    use approx::assert_relative_eq;
+    use rand::{RngExt, SeedableRng};
+    use std::f64::consts::TAU;
+
+    fn interpolant(pairs: &[Pair], rows: &[Vec<f64>]) -> Interpolant {
+        let kind = super::super::Kind::Cloud(Cloud::new(pairs, rows));
+        Interpolant { channels: rows.len(), kind }
+    }
+
+    /// Pairs over both hemispheres, up to 80 degrees; the azimuth of the light is 0, or anything.
+    fn pairs(n: usize, turned: bool, seed: u64) -> Vec<Pair> {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
+        let mut any = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();
+        let mut one = |phi: f64| direction(any(80_f64.to_radians().cos(), 1.0).acos(), any(0.0, phi));
+        (0..n).map(|_| Pair { wi: one(if turned { TAU } else { 0.0 }), wo: one(TAU) }).collect()
+    }
+
+    /// A wide lobe about the half vector over a diffuse floor, with its own roughness along x and y.
+    fn lobe(pair: &Pair, [x, y]: [f64; 2]) -> f64 {
+        let h = (pair.wi + pair.wo).normalize();
+        let t2 = (h.x / x).powi(2) + (h.y / y).powi(2);
+        0.1 + 0.5 * (-t2 / (h.z * h.z)).exp()
+    }
+
+    #[test]
+    fn through_every_sample() {
+        let (pairs, other) = (pairs(700, false, 1), pairs(300, false, 2));
+        let rows: Vec<Vec<f64>> =
+            [0.3, 0.6].map(|m| pairs.iter().map(|pair| lobe(pair, [m, m]) - 0.15).collect()).into();
+        let interpolant = interpolant(&pairs, &rows);
+        let Answer { values, covered } = interpolant.at(&pairs);
+        for (found, row) in values.iter().zip(&rows) {
+            for (found, f) in found.iter().zip(row) {
+                assert_relative_eq!(*found, *f, max_relative = 1e-14);
+            }
+        }
+        assert!(covered.iter().all(|is| *is));
+        let within = |f: f64| f > -0.06 && f < 0.45;
+        assert!(interpolant.at(&other).values.iter().flatten().all(|f| within(*f)));
+        assert!(interpolant.leave_out_error().is_some());
+    }
+
+    #[test]
+    fn a_constant_stays_constant() {
+        let rows = [vec![0.25; 500], vec![0.0; 500]];
+        for turned in [false, true] {
+            let interpolant = interpolant(&pairs(500, turned, 3), &rows);
+            let symmetry = Symmetry { isotropic: true, reciprocal: true };
+            assert_eq!(interpolant.symmetry(), Some(symmetry));
+            let Answer { values, .. } = interpolant.at(&pairs(500, true, 4));
+            assert!(values[0].iter().all(|f| (f - 0.25).abs() < 1e-14));
+            assert!(values[1].iter().all(|f| *f == 0.0));
+        }
+    }
+
+    /// Median and 95th percentile of the error relative to the value, over pairs that are covered.
+    fn errors(sampled: &[Pair], f: impl Fn(&Pair) -> f64) -> (Symmetry, [f64; 2], f64) {
+        let interpolant = interpolant(sampled, &[sampled.iter().map(&f).collect()]);
+        let asked = pairs(4000, true, 5);
+        let Answer { values, covered } = interpolant.at(&asked);
+        let mut errors: Vec<f64> = asked
+            .iter()
+            .zip(&values[0])
+            .zip(&covered)
+            .filter(|(_, is)| **is)
+            .map(|((pair, found), _)| (found / f(pair) - 1.0).abs())
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        let rank = |share: usize| errors[errors.len() * share / 100];
+        let left_out = interpolant.leave_out_error().unwrap().median;
+        println!(
+            "{} samples: {:.4} {:.4}, left out {left_out:.4}, covered {}",
+            sampled.len(),
+            rank(50),
+            rank(95),
+            errors.len()
+        );
+        (interpolant.symmetry().unwrap(), [rank(50), rank(95)], left_out)
+    }
+
+    #[test]
+    fn a_smooth_lobe_and_its_symmetry() {
+        let both = Symmetry { isotropic: true, reciprocal: true };
+        for turned in [false, true] {
+            let (symmetry, [median, p95], left_out) =
+                errors(&pairs(2000, turned, 6), |pair| lobe(pair, [0.4, 0.4]));
+            assert_eq!(symmetry, both);
+            assert!(median < 0.01 && p95 < 0.06, "{median} {p95}");
+            assert!((0.5..2.0).contains(&(left_out / median)), "{left_out} {median}");
+        }
+        let (symmetry, [median, _], _) = errors(&pairs(2000, true, 7), |pair| lobe(pair, [0.2, 0.8]));
+        assert_eq!(symmetry, Symmetry { isotropic: false, reciprocal: true });
+        assert!(median < 0.06, "{median}");
+        let (symmetry, [median, _], _) =
+            errors(&pairs(2000, true, 8), |pair| lobe(pair, [0.4, 0.4]) * (0.2 + pair.wi.z));
+        assert_eq!(symmetry, Symmetry { isotropic: true, reciprocal: false });
+        assert!(median < 0.02, "{median}");
+    }
+
+    #[test]
+    fn where_there_are_no_data() {
+        // In the plane of incidence only: pairs far from it are not covered.
+        let angles = || (-8..=8).map(|i| f64::from(i) * 10_f64.to_radians());
+        let plane: Vec<Pair> = angles()
+            .flat_map(|i| angles().map(move |o| Pair { wi: direction(i, 0.0), wo: direction(o, 0.0) }))
+            .collect();
+        let rows = [plane.iter().map(|pair| lobe(pair, [0.4, 0.4])).collect()];
+        let interpolant = interpolant(&plane, &rows);
+        let degrees = |i: f64, o: f64, phi: f64| Pair {
+            wi: direction(i.to_radians(), 0.3),
+            wo: direction(o.to_radians(), 0.3 + phi.to_radians()),
+        };
+        let asked = [degrees(25.0, 33.0, 180.0), degrees(60.0, 60.0, 90.0), degrees(85.0, 30.0, 180.0)];
+        assert_eq!(interpolant.at(&asked).covered, [true, false, false]);
+        assert_eq!(super::tests::interpolant(&[], &[vec![]]).at(&asked).covered, [false; 3]);
+        let lone = super::tests::interpolant(&plane[..1], &[vec![0.7]]);
+        assert_relative_eq!(lone.at(&asked[..1]).values[0][0], 0.7, max_relative = 1e-12);
+        assert_eq!(lone.leave_out_error(), None);
+    }
+
+    #[test]
+    fn the_same_at_any_number_of_threads() {
+        let pairs_of = pairs(3000, true, 9);
+        let rows = [pairs_of.iter().map(|pair| lobe(pair, [0.2, 0.3])).collect::<Vec<_>>()];
+        let asked = pairs(3000, true, 10);
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let interpolant = interpolant(&pairs_of, &rows);
+                (interpolant.at(&asked), interpolant.leave_out_error())
+            })
+        };
+        assert_eq!(run(1), run(3));
+    }
+}
