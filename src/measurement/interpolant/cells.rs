@@ -142,7 +142,7 @@ fn whole(x: f64) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Answer, Interpolant};
+    use super::super::{Answer, Interpolant, LeftOut};
     use super::*;
     use crate::geometry::{Directions, direction};
     use crate::measurement::Measurement;
@@ -242,10 +242,10 @@ mod tests {
     fn leave_out_sees_curvature_only() {
         // Linear along each axis, but for phi_d, where it returns.
         let straight = table(HalfDifferenceGrid::merl_centers(), |[h, d, _]| Some(count(h + 2 * d + 5)));
-        let error = straight.leave_out_error().unwrap();
+        let error = straight.leave_out_error(LeftOut::Sample).unwrap();
         assert_eq!(error.samples, 4000);
         assert_abs_diff_eq!(error.p95, 0.0, epsilon = 1e-12);
         let lone = table(HalfDifferenceGrid::merl_centers(), |at| (at == [3, 4, 5]).then_some(1.0));
-        assert_eq!(lone.leave_out_error(), None);
+        assert_eq!(lone.leave_out_error(LeftOut::Sample), None);
     }
 }

@@ -17,7 +17,7 @@
 //! and with reciprocity every sample stands there a second time, exchanged.
 //!
 //! **Which symmetries.** Samples of one phi_i can tell nothing of anisotropy and are taken as isotropic; otherwise both are
-//! tried. Of all candidates, the most symmetric one is taken whose median error of samples left out is at most
+//! tried. Of all candidates, the most symmetric one is taken whose median error, with all samples of the same light left out, is at most
 //! [`WORSE`] times that of the best. Data that contradict a symmetry thereby are not forced into it: Cornell's paints are far
 //! from reciprocal away from the mirror direction.
 //!
@@ -39,8 +39,9 @@
 //! | FIGURES | | | |
 
 use super::tree::{Near, Point, Tree};
-use super::{HalfDifference, apart, spread};
+use super::{HalfDifference, LeftOut, apart, spread};
 use crate::geometry::Pair;
+use crate::math::count;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -66,8 +67,10 @@ const WORSE: f64 = 1.1;
 const JUDGES: usize = 500;
 /// Squared distance below which points are the same: an angle of some 1e-7, and of 1e-14 from the mirror direction.
 const SAME: f64 = 1e-14;
+/// Distance below which two directions of light are the same.
+const SAME_LIGHT: f64 = 1e-3;
 /// The ridge, as a part of the samples' mean square distance.
-const RIDGE: f64 = 1e-3;
+const RIDGE: f64 = 1e-2;
 
 #[derive(Clone, Debug)]
 pub(super) struct Cloud {
@@ -83,8 +86,12 @@ pub(super) struct Cloud {
     lowest: (f64, f64),
 }
 
-/// Room for the neighbours of one pair after the other.
-pub(super) type Room = Vec<Near>;
+/// Room for the neighbours of one pair after the other, and their weights.
+#[derive(Default)]
+pub(super) struct Room {
+    found: Vec<Near>,
+    weights: Vec<f64>,
+}
 
 impl Cloud {
     pub(super) fn new(pairs: &[Pair], rows: &[Vec<f64>]) -> Self {
@@ -101,10 +108,10 @@ impl Cloud {
         };
         cloud.settle();
         let neighbour = |pair: &Pair| {
-            let mut room = Room::new();
+            let mut found = Vec::new();
             let place = place(pair, cloud.symmetry);
-            cloud.tree.nearest(&place, REACH, |near| near.square > SAME, &mut room);
-            room.last().map_or(0.0, |near| near.square)
+            cloud.tree.nearest(&place, REACH, |near| near.square > SAME, &mut found);
+            found.last().map_or(0.0, |near| near.square)
         };
         cloud.reach = cloud.pairs.par_iter().map(neighbour).collect();
         if cloud.symmetry.reciprocal {
@@ -122,8 +129,11 @@ impl Cloud {
                 if isotropic || several_azimuths(&self.pairs) {
                     self.symmetry = Symmetry { isotropic, reciprocal };
                     self.tree = tree(&self.pairs, self.symmetry);
-                    let median = super::summary(self.leave_out(JUDGES)).map_or(0.0, |errors| errors.median);
-                    tried.push((self.symmetry, median));
+                    // Where all light came from one direction, single samples must do.
+                    let median = [LeftOut::Light, LeftOut::Sample]
+                        .into_iter()
+                        .find_map(|out| super::summary(self.leave_out(out, JUDGES)));
+                    tried.push((self.symmetry, median.map_or(0.0, |errors| errors.median)));
                 }
             }
         }
@@ -141,9 +151,9 @@ impl Cloud {
     /// f at a pair; whether it is covered.
     pub(super) fn at(&self, pair: &Pair, room: &mut Room, f: &mut [f64]) -> bool {
         let q = place(pair, self.symmetry);
-        self.tree.nearest(&q, NEAREST + 1, |_| true, room);
+        self.tree.nearest(&q, NEAREST + 1, |_| true, &mut room.found);
         self.value(&q, room, f);
-        let Some(nearest) = room.first() else { return false };
+        let Some(nearest) = room.found.first() else { return false };
         let within = |z: f64, lowest: f64| z >= lowest - 1e-9;
         let reach = self.reach.get(nearest.sample).copied().unwrap_or(0.0);
         within(pair.wi.z, self.lowest.0)
@@ -151,45 +161,46 @@ impl Cloud {
             && nearest.square <= reach.max(SAME)
     }
 
-    /// cbrt(f) of a sample, per channel.
-    fn sample(&self, index: usize) -> &[f64] {
-        let start = index * self.channels;
-        self.roots.get(start..start + self.channels).unwrap_or_default()
-    }
-
     /// f at `q` from the samples that were found near it.
-    fn value(&self, q: &Point, found: &[Near], f: &mut [f64]) {
+    fn value(&self, q: &Point, Room { found, weights }: &mut Room, f: &mut [f64]) {
         let same = found.partition_point(|near| near.square < SAME);
-        let (used, weights) = match found.get(..same).filter(|same| !same.is_empty()) {
-            Some(same) => (same, vec![1.0; same.len()]),
-            None => (found, weights(found, q)),
-        };
-        f.fill(0.0);
-        let total: f64 = weights.iter().sum();
-        let mut range = vec![(f64::INFINITY, f64::NEG_INFINITY); f.len()];
-        for (near, weight) in used.iter().zip(weights) {
-            for ((f, range), root) in f.iter_mut().zip(&mut range).zip(self.sample(near.sample)) {
-                *f += weight / total * root;
-                *range = (range.0.min(*root), range.1.max(*root));
-            }
+        if same > 0 {
+            weights.clear();
+            weights.resize(same, 1.0 / count(same));
+        } else {
+            weigh(found, q, weights);
         }
-        for (f, (low, high)) in f.iter_mut().zip(range) {
-            let root = f.max(low).min(high);
+        for (channel, f) in f.iter_mut().enumerate() {
+            let (mut root, mut low, mut high) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
+            for (near, weight) in found.iter().zip(&*weights) {
+                let of = self.roots.get(near.sample * self.channels + channel).copied().unwrap_or(0.0);
+                root += weight * of;
+                (low, high) = (low.min(of), high.max(of));
+            }
+            let root = if low <= high { root.clamp(low, high) } else { 0.0 };
             *f = root * root * root;
         }
     }
 
     /// Errors of at most `most` samples, each found from the others that do not coincide with it.
-    pub(super) fn leave_out(&self, most: usize) -> Vec<f64> {
+    pub(super) fn leave_out(&self, out: LeftOut, most: usize) -> Vec<f64> {
         let error = |sample: usize| {
-            let q = place(self.pairs.get(sample)?, self.symmetry);
-            let mut room = Room::new();
-            let other = |near: &Near| near.sample != sample && near.square > SAME;
-            self.tree.nearest(&q, NEAREST + 1, other, &mut room);
+            let pair = self.pairs.get(sample)?;
+            let lit = |other: usize| {
+                self.pairs.get(other).is_some_and(|other| other.wi.distance(pair.wi) < SAME_LIGHT)
+            };
+            let stays = |near: &Near| match out {
+                LeftOut::Sample => near.sample != sample && near.square > SAME,
+                LeftOut::Light => !lit(near.sample) && near.square > SAME,
+            };
+            let (q, mut room) = (place(pair, self.symmetry), Room::default());
+            self.tree.nearest(&q, NEAREST + 1, stays, &mut room.found);
             let mut found = vec![0.0; self.channels];
-            self.value(&q, &room, &mut found);
-            apart(&found, self.sample(sample).iter().map(|root| root * root * root))
-                .filter(|_| !room.is_empty())
+            self.value(&q, &mut room, &mut found);
+            let start = sample * self.channels;
+            let measured =
+                self.roots.get(start..start + self.channels)?.iter().map(|root| root * root * root);
+            apart(&found, measured).filter(|_| !room.found.is_empty())
         };
         spread(self.pairs.len(), most).filter_map(error).collect()
     }
@@ -239,30 +250,31 @@ type Vector = SVector<f64, 5>;
 ///
 /// With m the weighted mean of x - q and S the weighted covariance of x, the value at q is the mean of
 /// y (1 - (x - q - m) S^-1 m).
-fn weights(found: &[Near], q: &Point) -> Vec<f64> {
+fn weigh(found: &[Near], q: &Point, weights: &mut Vec<f64>) {
     // A little beyond the last, so that it has a weight where it is alone.
     let range = 1.000_1 * found.last().map_or(1.0, |near| near.square.sqrt());
-    let near: Vec<f64> = found
-        .iter()
-        .map(|near| {
-            let distance = near.square.sqrt();
-            ((range - distance) / (range * distance)).powi(2)
-        })
-        .collect();
-    let total: f64 = near.iter().sum();
+    weights.clear();
+    weights.extend(found.iter().map(|near| {
+        let distance = near.square.sqrt();
+        ((range - distance) / (range * distance)).powi(2)
+    }));
+    let total: f64 = weights.iter().sum();
+    weights.iter_mut().for_each(|weight| *weight /= total);
     let from = |near: &Near| Vector::from(near.point) - Vector::from(*q);
-    let weighted = || found.iter().zip(near.iter().map(|weight| weight / total));
-    let mean: Vector = weighted().map(|(near, weight)| from(near) * weight).sum();
+    let mut mean = Vector::zeros();
+    found.iter().zip(&*weights).for_each(|(near, weight)| mean += from(near) * *weight);
     let mut covariance = SMatrix::<f64, 5, 5>::zeros();
-    for (near, weight) in weighted() {
+    for (near, weight) in found.iter().zip(&*weights) {
         let step = from(near) - mean;
-        covariance += step * step.transpose() * weight;
+        covariance += step * (step * *weight).transpose();
     }
     // The ridge also stands for the axes that these coordinates leave empty.
     let ridge = (RIDGE * covariance.trace()).max(f64::MIN_POSITIVE);
     covariance += SMatrix::identity() * ridge;
     let slope = covariance.cholesky().map_or_else(Vector::zeros, |s| s.solve(&mean));
-    weighted().map(|(near, weight)| weight * (1.0 - (from(near) - mean).dot(&slope))).collect()
+    for (near, weight) in found.iter().zip(weights) {
+        *weight *= 1.0 - (from(near) - mean).dot(&slope);
+    }
 }
 
 #[cfg(test)]
@@ -309,7 +321,7 @@ mod tests {
         assert!(covered.iter().all(|is| *is));
         let within = |f: f64| f > -0.06 && f < 0.45;
         assert!(interpolant.at(&other).values.iter().flatten().all(|f| within(*f)));
-        assert!(interpolant.leave_out_error().is_some());
+        assert!(interpolant.leave_out_error(LeftOut::Sample).is_some());
     }
 
     #[test]
@@ -339,7 +351,7 @@ mod tests {
             .collect();
         errors.sort_by(f64::total_cmp);
         let rank = |share: usize| errors[errors.len() * share / 100];
-        let left_out = interpolant.leave_out_error().unwrap().median;
+        let left_out = interpolant.leave_out_error(LeftOut::Sample).unwrap().median;
         println!(
             "{} samples: {:.4} {:.4}, left out {left_out:.4}, covered {}",
             sampled.len(),
@@ -387,7 +399,7 @@ mod tests {
         assert_eq!(super::tests::interpolant(&[], &[vec![]]).at(&asked).covered, [false; 3]);
         let lone = super::tests::interpolant(&plane[..1], &[vec![0.7]]);
         assert_relative_eq!(lone.at(&asked[..1]).values[0][0], 0.7, max_relative = 1e-12);
-        assert_eq!(lone.leave_out_error(), None);
+        assert_eq!(lone.leave_out_error(LeftOut::Sample), None);
     }
 
     #[test]
@@ -399,7 +411,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let interpolant = interpolant(&pairs_of, &rows);
-                (interpolant.at(&asked), interpolant.leave_out_error())
+                (interpolant.at(&asked), interpolant.leave_out_error(LeftOut::Sample))
             })
         };
         assert_eq!(run(1), run(3));

@@ -44,7 +44,16 @@ pub struct Answer {
     pub covered: Vec<bool>,
 }
 
-/// How well samples are foretold by the others: sum_c |f - f*| / sum_c |f*| over samples left out one at a time.
+/// What is left out with a sample when its value is foretold from the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LeftOut {
+    /// The sample alone: optimistic where samples are dense along one angle and sparse along another.
+    Sample,
+    /// All samples with the same light: pessimistic, since lights are then twice as far apart.
+    Light,
+}
+
+/// How well samples are foretold by the others: sum_c |f - f*| / sum_c |f*| over samples left out in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LeaveOut {
     /// Median.
@@ -90,7 +99,7 @@ impl Interpolant {
     /// f at some pairs, the channels of each together.
     fn part(&self, pairs: &[Pair]) -> (Vec<f64>, Vec<bool>) {
         let mut values = vec![0.0; pairs.len() * self.channels];
-        let mut room = Vec::new();
+        let mut room = cloud::Room::default();
         let covered = pairs.iter().zip(values.chunks_exact_mut(self.channels.max(1))).map(|(pair, f)| {
             // Nothing is reflected below the horizon, and that is known.
             if pair.wi.z <= 0.0 || pair.wo.z <= 0.0 {
@@ -108,12 +117,13 @@ impl Interpolant {
     /// How far samples are from what the others say of them: what an image of the measurement can be trusted to.
     ///
     /// On a grid a cell is compared with the means of its neighbours on either side along each axis, which are twice as
-    /// far apart as those that [`Self::at`] uses. Null if no sample has neighbours or all are 0.
+    /// far apart as those that [`Self::at`] uses, whatever is asked to be left out. Null if no sample has neighbours, or all
+    /// are 0.
     #[must_use]
-    pub fn leave_out_error(&self) -> Option<LeaveOut> {
+    pub fn leave_out_error(&self, out: LeftOut) -> Option<LeaveOut> {
         match &self.kind {
             Kind::Cells(cells) => summary(cells.leave_out(LEFT_OUT)),
-            Kind::Cloud(cloud) => summary(cloud.leave_out(LEFT_OUT)),
+            Kind::Cloud(cloud) => summary(cloud.leave_out(out, LEFT_OUT)),
         }
     }
 
