@@ -13,6 +13,7 @@ mod common;
 use brdfit::fit::{ParameterTable, Selector, Setting};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::image::{Image, Route, ToRgb, differences, exr, png};
+use brdfit::math::count;
 use brdfit::measurement::formats::{ReadOptions, read};
 use brdfit::measurement::interpolant::{LeftOut, Symmetry};
 use brdfit::measurement::{Interpolant, Measurement};
@@ -28,7 +29,7 @@ fn satin(m: f64, directions: Directions) -> Measurement {
     let set = [("kd", 0.2), ("m", m), ("f0", 0.05)];
     let set = set.map(|(name, value)| (Selector::parse(name).unwrap(), Setting::Fix(value)));
     let channels = ["r", "g", "b"].map(str::to_owned);
-    let table = ParameterTable::new(&expression, &channels, directions.is_grid(), &set).unwrap();
+    let table = ParameterTable::new(&expression, &channels, directions.is_grid(), &set.to_vec()).unwrap();
     measurement(&expression, &table, directions, Noise::default(), 1)
 }
 
@@ -50,7 +51,7 @@ fn errors(found: &Interpolant, asked: &[Pair], exact: &Measurement) -> ([f64; 3]
         .collect();
     errors.sort_by(f64::total_cmp);
     let last = errors.len() - 1;
-    ([errors[last / 2], errors[last * 95 / 100], errors[last]], errors.len() as f64 / asked.len() as f64)
+    ([errors[last / 2], errors[last * 95 / 100], errors[last]], count(errors.len()) / count(asked.len()))
 }
 
 /// A table between its cells against the model that filled it, at pairs half of which are gathered about the mirror direction.
