@@ -144,8 +144,7 @@ fn whole(x: f64) -> usize {
 mod tests {
     use super::super::{Answer, Interpolant, LeftOut};
     use super::*;
-    use crate::geometry::{Directions, direction};
-    use crate::measurement::Measurement;
+    use crate::geometry::direction;
     use approx::{assert_abs_diff_eq, assert_relative_eq};
     use glam::{DQuat, DVec3};
     use std::sync::Arc;
