@@ -2,8 +2,8 @@
 //!
 //! | directions | method |
 //! |---|---|
-//! | half/difference grid | trilinear between the eight centres around a pair, on the grid's own warped axes: [`cells`] |
-//! | scattered | local linear regression on the nearest samples, through every sample: [`cloud`] |
+//! | half/difference grid | trilinear between the eight centres around a pair, on the grid's own warped axes: `cells` |
+//! | scattered | local linear regression on the nearest samples, through every sample: `cloud` |
 //!
 //! Below the horizon f = 0. Every answer says whether data surround the pair, and
 //! [`Interpolant::leave_out_error`] how well samples are foretold by the others. docs/image.md has what was
