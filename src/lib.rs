@@ -6,6 +6,7 @@ pub mod error;
 pub mod fit;
 pub mod geometry;
 pub mod health;
+pub mod image;
 pub mod math;
 pub mod measurement;
 pub mod model;

@@ -5,11 +5,13 @@ mod draws;
 pub mod formats;
 mod incidence;
 mod info;
+pub mod interpolant;
 mod samples;
 
 pub use draws::Draws;
 pub use incidence::IncidenceGroups;
 pub use info::{ALBEDO_LIMIT_DEG, Coverage, coverage};
+pub use interpolant::Interpolant;
 pub use samples::{Filters, Samples, Weighting};
 
 use crate::geometry::Directions;

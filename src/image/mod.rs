@@ -1,0 +1,56 @@
+//! Images of a scene: scene radiance in linear RGB, what tells two of them apart, and the bytes of files.
+//!
+//! RGB has the primaries of ITU-R BT.709 and sRGB and the white of D65; 1 is what a scene calls white until
+//! an exposure says otherwise. docs/image.md has every formula.
+
+mod colour;
+mod difference;
+mod write;
+
+pub use colour::{Route, ToRgb, luminance};
+pub use difference::{
+    DeltaE2000, Differences, absolute_difference, ciede2000, delta_e_2000, differences, exposure, lab,
+};
+pub use write::{exr, false_colour, png, side_by_side};
+
+use crate::error::Error;
+
+/// An image: linear RGB per pixel, row by row from the top left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `width` times `height` pixels: red, green, blue.
+    pub pixels: Vec<[f64; 3]>,
+}
+
+impl Image {
+    /// An image of these pixels.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if there are not `width` times `height` of them, or none.
+    pub fn new(width: usize, height: usize, pixels: Vec<[f64; 3]>) -> Result<Self, Error> {
+        let image = Self { width, height, pixels };
+        image.check().map(|()| image)
+    }
+
+    /// Whether the number of pixels is what width and height say: the fields are open to all.
+    fn check(&self) -> Result<(), Error> {
+        let Self { width, height, .. } = self;
+        let expected = width.checked_mul(*height).filter(|n| *n > 0);
+        if expected == Some(self.pixels.len()) {
+            return Ok(());
+        }
+        let found = self.pixels.len();
+        Err(Error::Usage(format!("image: expected {width} x {height} pixels, at least one, found {found}")))
+    }
+
+    /// The image with every value multiplied by `exposure`.
+    #[must_use]
+    pub fn exposed(&self, exposure: f64) -> Self {
+        let pixels = self.pixels.iter().map(|pixel| pixel.map(|value| value * exposure)).collect();
+        Self { pixels, ..*self }
+    }
+}

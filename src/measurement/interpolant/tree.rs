@@ -1,0 +1,150 @@
+//! A k-d tree: the nearest of many points, in the same order every time.
+
+/// Coordinates of a point; those that are not needed are 0 for all.
+pub(super) type Point = [f64; 5];
+
+/// A point of the tree near the one asked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    /// Squared distance.
+    pub square: f64,
+    /// Where it is.
+    pub point: Point,
+    /// The sample that it stands for.
+    pub sample: usize,
+}
+
+/// Points in leaves of at most [`LEAF`], halved along the axis that is widest.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    points: Vec<(Point, usize)>,
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Debug)]
+enum Node {
+    Leaf(std::ops::Range<usize>),
+    /// Points below `at` are in the node that follows, the others in node `right`.
+    Split {
+        axis: usize,
+        at: f64,
+        right: usize,
+    },
+}
+
+const LEAF: usize = 8;
+
+impl Tree {
+    /// The tree of these points, each with the sample that it stands for.
+    pub(super) fn new(mut points: Vec<(Point, usize)>) -> Self {
+        let mut nodes = Vec::new();
+        divide(&mut points, 0, &mut nodes);
+        Self { points, nodes }
+    }
+
+    /// Puts the `k` points nearest to `to`, among those that `admit` lets through, into `found`, nearest first.
+    pub(super) fn nearest(&self, to: &Point, k: usize, admit: impl Fn(&Near) -> bool, found: &mut Vec<Near>) {
+        found.clear();
+        self.descend(0, to, k, &admit, found);
+    }
+
+    fn descend(
+        &self,
+        node: usize,
+        to: &Point,
+        k: usize,
+        admit: &impl Fn(&Near) -> bool,
+        found: &mut Vec<Near>,
+    ) {
+        match self.nodes.get(node) {
+            Some(Node::Leaf(range)) => {
+                for (point, sample) in self.points.get(range.clone()).unwrap_or_default() {
+                    let near = Near { square: square(point, to), point: *point, sample: *sample };
+                    if near.square < worst(found, k) && admit(&near) {
+                        let place = found.partition_point(|other| other.square <= near.square);
+                        found.truncate(k - 1);
+                        found.insert(place, near);
+                    }
+                }
+            }
+            Some(&Node::Split { axis, at, right }) => {
+                let beyond = to.get(axis).map_or(0.0, |x| x - at);
+                let (first, second) = if beyond < 0.0 { (node + 1, right) } else { (right, node + 1) };
+                self.descend(first, to, k, admit, found);
+                if beyond * beyond < worst(found, k) {
+                    self.descend(second, to, k, admit, found);
+                }
+            }
+            None => {}
+        }
+    }
+}
+
+/// The squared distance that a further point must stay below.
+fn worst(found: &[Near], k: usize) -> f64 {
+    if found.len() < k { f64::INFINITY } else { found.last().map_or(f64::INFINITY, |near| near.square) }
+}
+
+fn square(a: &Point, b: &Point) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+fn divide(points: &mut [(Point, usize)], start: usize, nodes: &mut Vec<Node>) {
+    if points.len() <= LEAF {
+        nodes.push(Node::Leaf(start..start + points.len()));
+        return;
+    }
+    let coordinate = |(point, _): &(Point, usize), axis: usize| point.get(axis).copied().unwrap_or(0.0);
+    let width = |axis: usize| {
+        let along = || points.iter().map(|point| coordinate(point, axis));
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    let widths = [0, 1, 2, 3, 4].map(|axis| (width(axis), axis));
+    let (_, axis) = widths.into_iter().fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a });
+    let half = points.len() / 2;
+    // The number of the sample settles ties.
+    let (_, middle, _) = points.select_nth_unstable_by(half, |a, b| {
+        coordinate(a, axis).total_cmp(&coordinate(b, axis)).then(a.1.cmp(&b.1))
+    });
+    let at = coordinate(middle, axis);
+    let node = nodes.len();
+    nodes.push(Node::Split { axis, at, right: 0 });
+    let (low, high) = points.split_at_mut(half);
+    divide(low, start, nodes);
+    let next = nodes.len();
+    if let Some(Node::Split { right, .. }) = nodes.get_mut(node) {
+        *right = next;
+    }
+    divide(high, start + half, nodes);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn finds_what_a_search_through_all_finds() {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(7);
+        // Coordinates of few values, so that there are ties, and one axis that all points share.
+        let mut point = || -> Point {
+            let mut at = || (rng.random::<f64>() * 20.0).floor() / 20.0;
+            [at(), at(), at(), at(), 0.0]
+        };
+        let points: Vec<(Point, usize)> = (0..3000).map(|i| (point(), i)).collect();
+        let tree = Tree::new(points.clone());
+        let mut found = Vec::new();
+        for _ in 0..500 {
+            let to = point();
+            let odd = |near: &Near| near.sample % 2 == 1;
+            tree.nearest(&to, 9, odd, &mut found);
+            let mut all: Vec<f64> =
+                points.iter().filter(|(_, i)| i % 2 == 1).map(|(p, _)| square(p, &to)).collect();
+            all.sort_by(f64::total_cmp);
+            assert_eq!(found.iter().map(|near| near.square).collect::<Vec<_>>(), all[..9]);
+            assert!(found.iter().all(odd));
+        }
+        tree.nearest(&[0.5; 5], 4000, |_| true, &mut found);
+        assert_eq!(found.len(), 3000);
+    }
+}
