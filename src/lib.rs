@@ -12,6 +12,7 @@ pub mod measurement;
 pub mod model;
 pub mod report;
 pub mod scene;
+pub mod select;
 pub mod synthetic;
 pub mod tradeoff;
 

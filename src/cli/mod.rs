@@ -15,6 +15,7 @@ mod models;
 mod output;
 mod progress;
 mod read_ahead;
+mod select;
 mod settings;
 mod synth;
 mod tradeoff;
@@ -79,6 +80,8 @@ subcommands! {
     Check: check,
     /// Show what accuracy costs: models, approximations and numbers of samples
     Tradeoff: tradeoff,
+    /// Choose the cheapest model that a scene cannot tell from the measurement
+    Select: select,
     /// Make a synthetic measurement
     Synth: synth,
     /// Find a paint's absorption and scattering from reflectances over known backings

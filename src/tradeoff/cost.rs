@@ -57,7 +57,7 @@ const MORE_PAIRS: usize = 40_000;
 const LONG: u64 = 20_000;
 
 /// Counts and times evaluations with the parameters of one channel at `pairs`.
-pub(super) fn cost(expression: &Expression, values: &Values<f64>, pairs: &[Pair]) -> Cost {
+pub(super) fn cost(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: &[Pair]) -> Cost {
     let (operations, once) = counted(expression, values, pairs);
     let evaluations = if once.weighted() > LONG { MORE_PAIRS } else { PAIRS };
     let pairs: Vec<Pair> = pairs.iter().copied().cycle().take(evaluations).collect();
@@ -74,9 +74,9 @@ pub(super) fn cost(expression: &Expression, values: &Values<f64>, pairs: &[Pair]
 }
 
 /// The operations of one evaluation, and those done once for the parameters.
-pub(super) fn counted(
+pub(crate) fn counted(
     expression: &Expression,
-    values: &Values<f64>,
+    values: &[(Vec<f64>, Vec<f64>)],
     pairs: &[Pair],
 ) -> (Operations, Operations) {
     let values = converted::<Counted>(values);
@@ -91,7 +91,11 @@ pub(super) fn counted(
 }
 
 /// The values of a model in single precision, of parameters and directions rounded to it.
-pub(super) fn in_single_precision(expression: &Expression, values: &Values<f64>, pairs: &[Pair]) -> Vec<f64> {
+pub(super) fn in_single_precision(
+    expression: &Expression,
+    values: &[(Vec<f64>, Vec<f64>)],
+    pairs: &[Pair],
+) -> Vec<f64> {
     let found = expression.values_in(&geometries::<f32>(pairs), &converted::<f32>(values));
     found.into_iter().map(f64::from).collect()
 }
@@ -101,12 +105,12 @@ fn geometries<R: Real>(pairs: &[Pair]) -> Vec<Geometry<R>> {
     pairs.iter().map(of).map(|[wi, wo]| Geometry::new(wi, wo)).collect()
 }
 
-fn converted<R: Real>(values: &Values<f64>) -> Values<R> {
+fn converted<R: Real>(values: &[(Vec<f64>, Vec<f64>)]) -> Values<R> {
     let each = |values: &[f64]| values.iter().map(|value| R::literal(*value)).collect();
     values.iter().map(|(shapes, amplitudes)| (each(shapes), each(amplitudes))).collect()
 }
 
-fn scalar<R: Real>(expression: &Expression, values: &Values<f64>, pairs: &[Pair]) -> Spread {
+fn scalar<R: Real>(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: &[Pair]) -> Spread {
     let (geometries, values) = (geometries::<R>(pairs), converted::<R>(values));
     let one = geometries.get(..1).unwrap_or_default();
     per_evaluation(
@@ -116,8 +120,8 @@ fn scalar<R: Real>(expression: &Expression, values: &Values<f64>, pairs: &[Pair]
     )
 }
 
-fn blocks(expression: &Expression, values: &Values<f64>, pairs: Vec<Pair>) -> Spread {
-    let parameters = [values.clone()];
+fn blocks(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: Vec<Pair>) -> Spread {
+    let parameters = [values.to_vec()];
     let few = Directions::Scattered(pairs.iter().copied().take(1).collect());
     let evaluations = pairs.len();
     let all = Directions::Scattered(pairs);

@@ -8,6 +8,7 @@ mod ladder;
 mod plot;
 mod text;
 
+pub(crate) use cost::counted;
 pub use cost::{Cost, Nanoseconds, Spread};
 pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
 pub use plot::svg;
@@ -150,12 +151,21 @@ pub struct Request<'a> {
 
 /// A model to be fitted.
 #[derive(Clone, Debug)]
-struct Candidate {
-    expression: Expression,
-    free: &'static [&'static str],
+pub(crate) struct Candidate {
+    pub(crate) expression: Expression,
+    /// Parameters to free that are fixed by default.
+    pub(crate) free: &'static [&'static str],
 }
 
 impl Candidate {
+    /// Those named; the ladder if none are.
+    pub(crate) fn all(named: &[Expression]) -> Result<Vec<Self>, Error> {
+        match named {
+            [] => LADDER.iter().map(Self::of).collect(),
+            named => Ok(named.iter().map(Self::plain).collect()),
+        }
+    }
+
     fn plain(expression: &Expression) -> Self {
         Self { expression: expression.clone(), free: &[] }
     }
@@ -165,7 +175,7 @@ impl Candidate {
     }
 
     /// The options with what is freed.
-    fn options(&self, options: &Options) -> Result<Options, Error> {
+    pub(crate) fn options(&self, options: &Options) -> Result<Options, Error> {
         let mut options = options.clone();
         for name in self.free {
             options.settings.push((Selector::parse(name)?, Setting::Free));
@@ -212,10 +222,7 @@ pub fn compare(
         pairs: pairs(&samples, options.seed),
         fits: BTreeMap::new(),
     };
-    let ladder: Vec<Candidate> = match request.expressions {
-        [] => LADDER.iter().map(Candidate::of).collect::<Result<_, _>>()?,
-        named => named.iter().map(Candidate::plain).collect(),
-    };
+    let ladder = Candidate::all(request.expressions)?;
     let mut models = Vec::new();
     for (index, candidate) in ladder.iter().enumerate() {
         let name = candidate.expression.canonical();

@@ -1,0 +1,153 @@
+//! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
+
+use super::fit::{at_least_one, threads};
+use super::input::{ReadArguments, SampleArguments};
+use super::output::{Output, json};
+use super::progress::Bar;
+use super::{Outcome, say};
+use brdfit::Error;
+use brdfit::fit::Options;
+use brdfit::image::{absolute_difference, delta_e_2000, exr, false_colour, png, side_by_side};
+use brdfit::measurement::Filters;
+use brdfit::model::Expression;
+use brdfit::scene::Scene;
+use brdfit::select::{self, DRAWN, JUST_NOTICEABLE, Request, Selected, checked_tolerance, table};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `brdfit select`.
+#[derive(Args)]
+pub struct Arguments {
+    /// Measurement: MERL .binary, Cornell text, or CSV
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
+    /// The scene, JSON: surface, camera and lights
+    #[arg(long, value_name = "SCENE")]
+    scene: PathBuf,
+    /// What 95 % of the pixels may differ by from the measured ones, CIEDE2000
+    #[arg(long, default_value_t = JUST_NOTICEABLE, value_name = "T")]
+    tolerance: f64,
+    /// Model expression to choose from, may be repeated; by default the ladder of `tradeoff`
+    #[arg(short, long = "model", value_name = "EXPR")]
+    models: Vec<String>,
+    /// Write measured.exr, fitted.exr, comparison.png (measured, fitted, difference) and delta-e.png into this folder
+    #[arg(long, value_name = "FOLDER")]
+    images: Option<PathBuf>,
+    /// Write the JSON form here too; '-' for standard output
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+    /// JSON on standard output instead of the table
+    #[arg(long)]
+    json: bool,
+    /// No table, no progress
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    samples: SampleArguments,
+    #[command(flatten)]
+    read: ReadArguments,
+    /// Threads; by default one per core
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    threads: Option<usize>,
+}
+
+/// Runs the subcommand.
+pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let expressions: Vec<Expression> =
+        arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
+    let filters = arguments.samples.filters()?;
+    if filters.weighting.is_some() {
+        return Err(Error::Usage(
+            "--weights: expected none with select, which weighs directions as the scene shows them"
+                .to_owned(),
+        ));
+    }
+    let samples = arguments.samples.samples_or(Some(DRAWN)).or(Some(DRAWN));
+    let options = Options {
+        metric: arguments.samples.metric(),
+        filters: Filters { samples, ..filters },
+        seed: arguments.samples.seed(),
+        ..Options::default()
+    };
+    let tolerance = checked_tolerance(arguments.tolerance)?;
+    let to_stdout = arguments.json || arguments.output.as_deref() == Some(Path::new("-"));
+    let report = arguments.output.as_deref().filter(|path| *path != Path::new("-"));
+    let report = report.map(Output::open).transpose()?;
+    let scene = Scene::read(&arguments.scene)?;
+    let measurement = arguments.read.read(&arguments.input)?;
+    let images = arguments.images.as_deref().map(Images::open).transpose()?;
+
+    let bar = Bar::new(1, arguments.quiet);
+    bar.begin(&arguments.input);
+    let request = Request { expressions: &expressions, options: &options, tolerance };
+    let pool = threads(arguments.threads.unwrap_or(0))?;
+    let found = pool.install(|| select::select(&measurement, &scene, &request, &bar));
+    bar.finish();
+    let found = found?;
+
+    let text = json(&found.selected)?;
+    if to_stdout {
+        say(&text)?;
+    } else if !arguments.quiet {
+        say(&table(&found.selected))?;
+    }
+    if let Some(output) = report {
+        output.commit(text.as_bytes())?;
+    }
+    if let Some(images) = images {
+        images.write(&found)?;
+    }
+    Ok(if found.selected.answer.is_some() { Outcome::Good } else { Outcome::NotUsable })
+}
+
+/// The files of `--images`.
+struct Images {
+    measured: Output,
+    fitted: Output,
+    comparison: Output,
+    delta_e: Output,
+}
+
+impl Images {
+    fn open(folder: &Path) -> Result<Self, Error> {
+        std::fs::create_dir_all(folder).map_err(Error::write(folder))?;
+        let open = |name: &str| Output::open(&folder.join(name));
+        Ok(Self {
+            measured: open("measured.exr")?,
+            fitted: open("fitted.exr")?,
+            comparison: open("comparison.png")?,
+            delta_e: open("delta-e.png")?,
+        })
+    }
+
+    fn write(self, found: &select::Outcome) -> Result<(), Error> {
+        let select::Outcome { selected, measured, fitted, compared } = found;
+        let exposure = selected
+            .answer
+            .and_then(|answer| selected.tried.get(answer))
+            .or_else(|| selected.tried.first())
+            .map_or(1.0, |tried| tried.differences.exposure);
+        let note = |what: &str| -> Result<String, Error> { json(&about(what, selected)) };
+        let apart = absolute_difference(measured, fitted)?;
+        let panels = [measured, fitted, &apart].map(|image| image.exposed(exposure));
+        let comparison = side_by_side(&panels.each_ref())?;
+        let delta_e = delta_e_2000(measured, fitted, compared, exposure)?;
+        let top = 2.0 * selected.tolerance;
+        let map = false_colour(measured.width, measured.height, &delta_e, compared, top)?;
+        self.measured.commit(&exr(measured, &note("measured")?)?)?;
+        self.fitted.commit(&exr(fitted, &note("fitted")?)?)?;
+        self.comparison.commit(&png(&comparison, 1.0)?)?;
+        self.delta_e.commit(&png(&map, 1.0)?)
+    }
+}
+
+/// What an image says of itself.
+fn about(what: &str, selected: &Selected) -> serde_json::Value {
+    let shown = selected.answer.and_then(|answer| selected.tried.get(answer));
+    serde_json::json!({
+        "image": what,
+        "data": selected.data.path,
+        "scene": selected.scene.path,
+        "model": shown.map(|tried| tried.model.as_str()),
+    })
+}

@@ -1,0 +1,96 @@
+//! The choice as a table for people.
+
+use super::{Selected, Tried};
+use std::fmt::Write as _;
+
+/// The choice as a table, ending in a newline.
+#[must_use]
+pub fn table(found: &Selected) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_table(&mut text, found);
+    text
+}
+
+fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
+    let (data, scene) = (&found.data, &found.scene);
+    writeln!(text, "{} in {}", data.path, scene.path)?;
+    writeln!(
+        text,
+        "{} x {} pixels, {} compared of {} that see the surface; {} pairs of directions; {:.1} % of the light comes \
+         along measured ones",
+        scene.width,
+        scene.height,
+        scene.compared_pixels,
+        scene.object_pixels,
+        scene.pairs,
+        100.0 * scene.covered_light
+    )?;
+    if let Some(left_out) = &data.left_out {
+        writeln!(
+            text,
+            "the measurement foretells its own samples to {:.1} % (median)",
+            100.0 * left_out.median
+        )?;
+    }
+    writeln!(
+        text,
+        "the scene never shows {:.0} % of the cells of theta_h and theta_d, nor {:.0} % of the samples\n",
+        100.0 * found.seen.cells_never_seen(),
+        100.0 * found.seen.samples_never_seen
+    )?;
+    writeln!(
+        text,
+        "{:<2}{:>6} {:>5} {:>9} {:>9} {:>9}  model",
+        "", "cost", "", "dE00 p95", "rel. RMSE", "PSNR, dB"
+    )?;
+    for (index, tried) in found.tried.iter().enumerate() {
+        let mark = if found.answer == Some(index) { "*" } else { "" };
+        let differences = &tried.differences;
+        writeln!(
+            text,
+            "{mark:<2}{:>6} {:>5} {:>9.3} {:>9} {:>9}  {}",
+            tried.cost,
+            tried.precision,
+            differences.delta_e_2000.p95,
+            differences.relative_rmse.map_or_else(|| "-".to_owned(), |rmse| format!("{rmse:.4}")),
+            differences.psnr_db.map_or_else(|| "-".to_owned(), |psnr| format!("{psnr:.1}")),
+            name(tried),
+        )?;
+    }
+    let tried = |index: Option<usize>| index.and_then(|index| found.tried.get(index));
+    match tried(found.answer) {
+        Some(answer) => {
+            writeln!(
+                text,
+                "\nthe scene needs {} in {}: 95 % of the pixels within {:.3} of the measured ones (CIEDE2000; tolerance {})",
+                name(answer),
+                answer.precision,
+                answer.differences.delta_e_2000.p95,
+                found.tolerance
+            )?;
+            for p in &answer.parameters {
+                let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+                writeln!(text, "  {:<28} {}{unit}", p.name, p.value)?;
+            }
+        }
+        None => writeln!(text, "\nno model is within the tolerance of {}", found.tolerance)?,
+    }
+    if let Some(cheaper) = tried(found.next_cheaper) {
+        let p95 = cheaper.differences.delta_e_2000.p95;
+        writeln!(
+            text,
+            "the next cheaper, {} in {}, fails by {:.3}",
+            name(cheaper),
+            cheaper.precision,
+            p95 - found.tolerance
+        )?;
+    }
+    Ok(())
+}
+
+fn name(tried: &Tried) -> String {
+    let free: String = tried.free.iter().map(|name| format!(" --free {name}")).collect();
+    let unusable = if tried.usable { "" } else { " (not usable)" };
+    format!("{}{free}{unusable}", tried.model)
+}

@@ -1,0 +1,168 @@
+//! `brdfit select`: what a scene needs, and what it leaves behind.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+mod common;
+
+use brdfit::geometry::Geometry;
+use brdfit::image::{Image, differences};
+use brdfit::model::Expression;
+use brdfit::scene::Scene;
+use common::Folder;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+const MATTE: &str = "synth -m lambert --set kd=0.5 --directions 4000 --max-theta 88 --seed 2 -o matte.csv";
+const GLOSSY: &str = "synth -m 'lambert + cook-torrance(d=ggx)' --set kd=0.2 m=0.15 f0=0.06 --directions 40000 \
+                      --max-theta 88 --seed 3 -o glossy.csv";
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes").join(name)
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+fn select(folder: &Folder, input: &str, name: &str, more: &str) -> Value {
+    let line = format!("select {input} --scene '{}' --json {more}", scene(name).display());
+    folder.brdfit(&line).good().json()
+}
+
+/// The answer, checked: it passes, and all that is cheaper does not.
+fn answer(found: &Value) -> &Value {
+    let tried = found["tried"].as_array().unwrap();
+    let index = usize::try_from(found["answer"].as_u64().expect("an answer")).unwrap();
+    let p95 = |tried: &Value| number(&tried["differences"]["delta_e_2000"]["p95"]);
+    let tolerance = number(&found["tolerance"]);
+    assert!(p95(&tried[index]) <= tolerance);
+    assert!(tried[..index].iter().all(|tried| tried["passes"] == false));
+    assert!(tried.windows(2).all(|pair| number(&pair[0]["cost"]) <= number(&pair[1]["cost"])));
+    if let Some(cheaper) = found["next_cheaper"].as_u64() {
+        let cheaper = &tried[usize::try_from(cheaper).unwrap()];
+        assert!(number(&cheaper["cost"]) < number(&tried[index]["cost"]));
+        assert!(p95(cheaper) > tolerance || cheaper["usable"] == false);
+    }
+    &tried[index]
+}
+
+#[test]
+fn a_matte_surface_needs_a_diffuse_model_and_a_glossy_one_a_lobe() {
+    let folder = Folder::new();
+    folder.brdfit(MATTE).good();
+    folder.brdfit(GLOSSY).good();
+    for name in ["studio-sphere.json", "overcast-sky.json", "grazing-sun-floor.json"] {
+        let found = select(&folder, "matte.csv", name, "");
+        assert_eq!(answer(&found)["model"], "lambert", "{name}");
+        assert_eq!(answer(&found)["precision"], "f32", "{name}");
+        assert_eq!(found["next_cheaper"], Value::Null, "{name}");
+    }
+    let found = select(&folder, "glossy.csv", "studio-sphere.json", "");
+    let model = answer(&found)["model"].as_str().unwrap();
+    assert!(model.contains('+') && !found["next_cheaper"].is_null(), "{model}");
+    // What the data were made of is found again where the scene shows it.
+    let truth = "lambert + cook-torrance(d=ggx, g=smith, f=schlick)";
+    let tried = found["tried"].as_array().unwrap();
+    let made_of = tried.iter().find(|tried| tried["model"] == truth).unwrap();
+    let value = |name: &str| {
+        let all = made_of["parameters"].as_array().unwrap();
+        number(&all.iter().find(|p| p["name"].as_str().unwrap().starts_with(name)).unwrap()["value"])
+    };
+    assert!((value("cook-torrance.m") - 0.15).abs() < 0.005, "{}", value("cook-torrance.m"));
+    assert!((value("lambert.kd") - 0.2).abs() < 0.005, "{}", value("lambert.kd"));
+}
+
+/// A scene that shows only what is near the normal needs less than one at grazing.
+#[test]
+fn scenes_differ_in_what_they_need() {
+    let folder = Folder::new();
+    let line = "synth -m 'lambert + cook-torrance(d=ggx)' --set kd=0.4 m=0.5 f0=0.04 --directions 40000 \
+                --max-theta 89 --seed 4 -o satin.csv";
+    folder.brdfit(line).good();
+    let cost = |name: &str| {
+        let found = select(&folder, "satin.csv", name, "");
+        number(&answer(&found)["cost"])
+    };
+    let (sun, sky) = (cost("grazing-sun-floor.json"), cost("overcast-sky.json"));
+    assert!(sun != sky, "{sun} under a low sun, {sky} under clouds");
+}
+
+/// The image of the answer, pixel by pixel from its parameters, and that of the model that the data were made of in place of the
+/// measurement: the difference is the one that is printed, up to what interpolation adds.
+#[test]
+fn the_difference_is_that_of_the_images() {
+    let folder = Folder::new();
+    folder.brdfit(GLOSSY).good();
+    let found = select(&folder, "glossy.csv", "studio-sphere.json", "-m lambert");
+    let tried = &found["tried"].as_array().unwrap()[1];
+    assert_eq!((&tried["model"], &tried["precision"]), (&"lambert".into(), &"f64".into()));
+    let kd = number(&tried["parameters"][0]["value"]);
+
+    let view = Scene::read(&scene("studio-sphere.json")).unwrap().view().unwrap();
+    let truth = Expression::parse("lambert + cook-torrance(d=ggx)").unwrap();
+    let parameters = [(vec![], vec![0.2]), (vec![0.15], vec![1.0, 0.06])];
+    let order = truth.lobes()[1].model.parameters();
+    assert_eq!(order.iter().map(|spec| spec.name).collect::<Vec<_>>(), ["m", "ks", "f0"]);
+    let image = |f: &dyn Fn(&Geometry<f64>) -> f64| {
+        let mut pixels = vec![[0.0; 3]; view.covered.len()];
+        for seen in &view.samples {
+            let f = f(&Geometry::new(seen.pair.wi.to_array(), seen.pair.wo.to_array()));
+            let pixel = &mut pixels[usize::try_from(seen.pixel).unwrap()];
+            pixel.iter_mut().zip(seen.weight).for_each(|(sum, weight)| *sum += weight * f);
+        }
+        Image::new(usize::try_from(view.width).unwrap(), usize::try_from(view.height).unwrap(), pixels)
+            .unwrap()
+    };
+    let exact = image(&|g| truth.value(g, &parameters));
+    let fitted = image(&|_| kd / std::f64::consts::PI);
+    let expected = differences(&exact, &fitted, &view.covered).unwrap();
+    let p95 = number(&tried["differences"]["delta_e_2000"]["p95"]);
+    assert!((p95 / expected.delta_e_2000.p95 - 1.0).abs() < 0.05, "{p95}, {}", expected.delta_e_2000.p95);
+    assert_eq!(number(&found["scene"]["object_pixels"]), number(&found["scene"]["compared_pixels"]));
+}
+
+#[test]
+fn the_same_bytes_at_any_number_of_threads_and_images_that_can_be_read() {
+    let folder = Folder::new();
+    folder.brdfit(GLOSSY).good();
+    let with = |threads: u32, images: &str| {
+        let line = format!(
+            "select glossy.csv --scene '{}' -m lambert+cook-torrance --images {images} --threads {threads} --json",
+            scene("interior-normal-incidence.json").display()
+        );
+        folder.brdfit(&line).stdout
+    };
+    assert_eq!(with(1, "one"), with(3, "three"));
+    let listing = folder.listing();
+    for name in ["measured.exr", "fitted.exr", "comparison.png", "delta-e.png"] {
+        let [one, three] = ["one", "three"].map(|folder| &listing[&Path::new(folder).join(name)]);
+        assert_eq!(one, three, "{name}");
+        let head: &[u8] = if name.ends_with("exr") { &[0x76, 0x2f, 0x31, 0x01] } else { b"\x89PNG" };
+        assert!(one.as_ref().unwrap().starts_with(head), "{name}");
+    }
+}
+
+#[test]
+fn mistakes_are_one_line() {
+    let folder = Folder::new();
+    folder.brdfit(MATTE).good();
+    let studio = scene("studio-sphere.json").display().to_string();
+    for (words, part) in [
+        ("select matte.csv".to_owned(), "--scene"),
+        ("select matte.csv --scene missing.json".to_owned(), "missing.json"),
+        (format!("select missing.csv --scene '{studio}'"), "missing.csv"),
+        (format!("select matte.csv --scene '{studio}' --tolerance 0"), "--tolerance"),
+        (format!("select matte.csv --scene '{studio}' --weights uniform"), "--weights"),
+        (format!("select matte.csv --scene '{studio}' -m lambrt"), "found 'lambrt'"),
+        ("select matte.csv --scene matte.csv".to_owned(), "matte.csv:1: expected a scene"),
+    ] {
+        let done = folder.brdfit(&words);
+        assert_eq!(done.code, Some(2), "{words}: {done:?}");
+        assert_eq!(done.stderr.lines().count(), 1, "{words}: {done:?}");
+        assert!(done.stderr.contains(part), "{words}: {done:?}");
+        assert!(done.stdout.is_empty());
+    }
+    // Nothing is within the tolerance: not usable, but shown.
+    let done = folder.brdfit(&format!("select matte.csv --scene '{studio}' -m phong --tolerance 0.001"));
+    assert_eq!(done.code, Some(1), "{done:?}");
+    assert!(done.stdout.contains("no model is within the tolerance"));
+}
