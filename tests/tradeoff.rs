@@ -134,12 +134,14 @@ fn mistakes_are_one_line() {
         ("tradeoff a.csv -m lambrt", "found 'lambrt'"),
         ("tradeoff a.csv --samples 0", "at least 1"),
         ("tradeoff a.csv --svg no/where.svg", "no/where.svg"),
-        ("tradeoff one.csv -m lambert+phong", "free parameters"),
     ] {
         let done = folder.brdfit(words);
         assert_eq!(done.code, Some(2), "{words}: {done:?}");
         assert_eq!(done.stderr.lines().count(), 1, "{words}: {done:?}");
         assert!(done.stderr.contains(part), "{words}: {done:?}");
         assert!(done.stdout.is_empty());
-    }
+    } // Fewer values than parameters: shown, and not usable.
+    let done = folder.brdfit("tradeoff one.csv -m lambert+phong");
+    assert_eq!(done.code, Some(1), "{done:?}");
+    assert!(done.stdout.contains("(not usable)"), "{done:?}");
 }
