@@ -9,6 +9,7 @@ use brdfit::model::Expression;
 use brdfit::scene::Scene;
 use common::Folder;
 use serde_json::Value;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 const MATTE: &str = "synth -m lambert --set kd=0.5 --directions 4000 --max-theta 88 --seed 2 -o matte.csv";
@@ -92,7 +93,11 @@ fn scenes_differ_in_what_they_need() {
 fn the_difference_is_that_of_the_images() {
     let folder = Folder::new();
     folder.brdfit(GLOSSY).good();
-    let found = select(&folder, "glossy.csv", "studio-sphere.json", "-m lambert");
+    let studio = scene("studio-sphere.json").display().to_string();
+    let line = format!("select glossy.csv --scene '{studio}' --json -m lambert");
+    let done = folder.brdfit(&line);
+    assert_eq!(done.code, Some(1), "one number is not enough: {done:?}");
+    let found = done.json();
     let tried = &found["tried"].as_array().unwrap()[1];
     assert_eq!((&tried["model"], &tried["precision"]), (&"lambert".into(), &"f64".into()));
     let kd = number(&tried["parameters"][0]["value"]);
@@ -117,7 +122,8 @@ fn the_difference_is_that_of_the_images() {
     let expected = differences(&exact, &fitted, &view.covered).unwrap();
     let p95 = number(&tried["differences"]["delta_e_2000"]["p95"]);
     assert!((p95 / expected.delta_e_2000.p95 - 1.0).abs() < 0.05, "{p95}, {}", expected.delta_e_2000.p95);
-    assert_eq!(number(&found["scene"]["object_pixels"]), number(&found["scene"]["compared_pixels"]));
+    let pixels = |which: &str| number(&found["scene"][which]);
+    assert!(pixels("compared_pixels") >= 0.99 * pixels("object_pixels"));
 }
 
 #[test]
@@ -132,12 +138,11 @@ fn the_same_bytes_at_any_number_of_threads_and_images_that_can_be_read() {
         folder.brdfit(&line).stdout
     };
     assert_eq!(with(1, "one"), with(3, "three"));
-    let listing = folder.listing();
     for name in ["measured.exr", "fitted.exr", "comparison.png", "delta-e.png"] {
-        let [one, three] = ["one", "three"].map(|folder| &listing[&Path::new(folder).join(name)]);
-        assert_eq!(one, three, "{name}");
+        let [one, three] = ["one", "three"].map(|of| fs::read(folder.path(of).join(name)).unwrap());
+        assert!(one == three, "{name}");
         let head: &[u8] = if name.ends_with("exr") { &[0x76, 0x2f, 0x31, 0x01] } else { b"\x89PNG" };
-        assert!(one.as_ref().unwrap().starts_with(head), "{name}");
+        assert!(one.starts_with(head), "{name}");
     }
 }
 

@@ -45,17 +45,20 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
         "", "cost", "", "dE00 p95", "rel. RMSE", "PSNR, dB"
     )?;
     for (index, tried) in found.tried.iter().enumerate() {
+        // Rounding hardly ever shows: then one line does for both precisions.
+        let is_twin = |other: &&Tried| other.model == tried.model && other.precision != tried.precision;
+        let twin = found.tried.iter().find(is_twin).filter(|other| numbers(other) == numbers(tried));
+        if twin.is_some() && tried.precision == "f64" && found.answer != Some(index) {
+            continue;
+        }
+        let precision = if twin.is_some() { "both" } else { tried.precision };
+        let [delta_e, rmse, psnr] = numbers(tried);
         let mark = if found.answer == Some(index) { "*" } else { "" };
-        let differences = &tried.differences;
         writeln!(
             text,
-            "{mark:<2}{:>6} {:>5} {:>9.3} {:>9} {:>9}  {}",
+            "{mark:<2}{:>6} {precision:>5} {delta_e:>9} {rmse:>9} {psnr:>9}  {}",
             tried.cost,
-            tried.precision,
-            differences.delta_e_2000.p95,
-            differences.relative_rmse.map_or_else(|| "-".to_owned(), |rmse| format!("{rmse:.4}")),
-            differences.psnr_db.map_or_else(|| "-".to_owned(), |psnr| format!("{psnr:.1}")),
-            name(tried),
+            name(tried)
         )?;
     }
     let tried = |index: Option<usize>| index.and_then(|index| found.tried.get(index));
@@ -87,6 +90,17 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
         )?;
     }
     Ok(())
+}
+
+/// The differences as they are printed.
+fn numbers(tried: &Tried) -> [String; 3] {
+    let differences = &tried.differences;
+    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
+    [
+        format!("{:.3}", differences.delta_e_2000.p95),
+        or_dash(differences.relative_rmse.map(|rmse| format!("{rmse:.4}"))),
+        or_dash(differences.psnr_db.map(|psnr| format!("{psnr:.1}"))),
+    ]
 }
 
 fn name(tried: &Tried) -> String {
