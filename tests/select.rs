@@ -104,9 +104,9 @@ fn the_difference_is_that_of_the_images() {
 
     let view = Scene::read(&scene("studio-sphere.json")).unwrap().view().unwrap();
     let truth = Expression::parse("lambert + cook-torrance(d=ggx)").unwrap();
-    let parameters = [(vec![], vec![0.2]), (vec![0.15], vec![1.0, 0.06])];
+    let parameters = [(vec![], vec![0.2]), (vec![0.15], vec![0.06, 1.0])];
     let order = truth.lobes()[1].model.parameters();
-    assert_eq!(order.iter().map(|spec| spec.name).collect::<Vec<_>>(), ["m", "ks", "f0"]);
+    assert_eq!(order.iter().map(|spec| spec.name).collect::<Vec<_>>(), ["m", "f0", "ks"]);
     let image = |f: &dyn Fn(&Geometry<f64>) -> f64| {
         let mut pixels = vec![[0.0; 3]; view.covered.len()];
         for seen in &view.samples {
