@@ -126,6 +126,24 @@ fn the_difference_is_that_of_the_images() {
     assert!(pixels("compared_pixels") >= 0.99 * pixels("object_pixels"));
 }
 
+/// In the metric of radiance itself, what the scene shows is met better where it counts.
+#[test]
+fn weights_of_the_scene_lower_the_error_of_the_image() {
+    let folder = Folder::new();
+    folder.brdfit(GLOSSY).good();
+    for name in ["studio-sphere.json", "grazing-sun-floor.json", "overcast-sky.json"] {
+        let rmse = |weights: &str| {
+            let model = "lambert + cook-torrance(d=beckmann, g=v-cavity, f=schlick)";
+            let scene = scene(name).display().to_string();
+            let line =
+                format!("select glossy.csv --scene '{scene}' --metric l2 -m '{model}' --json {weights}");
+            number(&folder.brdfit(&line).json()["tried"][1]["differences"]["relative_rmse"])
+        };
+        let (scene, uniform) = (rmse(""), rmse("--weights uniform"));
+        assert!(scene < 1.02 * uniform, "{name}: {scene} with the scene's weights, {uniform} without");
+    }
+}
+
 #[test]
 fn the_same_bytes_at_any_number_of_threads_and_images_that_can_be_read() {
     let folder = Folder::new();
@@ -156,7 +174,7 @@ fn mistakes_are_one_line() {
         ("select matte.csv --scene missing.json".to_owned(), "missing.json"),
         (format!("select missing.csv --scene '{studio}'"), "missing.csv"),
         (format!("select matte.csv --scene '{studio}' --tolerance 0"), "--tolerance"),
-        (format!("select matte.csv --scene '{studio}' --weights uniform"), "--weights"),
+        (format!("select matte.csv --scene '{studio}' --weights solid-angle -m lambert"), "solid-angle"),
         (format!("select matte.csv --scene '{studio}' -m lambrt"), "found 'lambrt'"),
         ("select matte.csv --scene matte.csv".to_owned(), "matte.csv:1: expected a scene"),
     ] {

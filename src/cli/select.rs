@@ -42,6 +42,8 @@ pub struct Arguments {
     /// No table, no progress
     #[arg(short, long)]
     quiet: bool,
+    /// --weights: by default directions count as the scene shows them; with one of the others the samples themselves are fitted,
+    /// which shows what that gains
     #[command(flatten)]
     samples: SampleArguments,
     #[command(flatten)]
@@ -56,13 +58,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let expressions: Vec<Expression> =
         arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
     let filters = arguments.samples.filters()?;
-    if filters.weighting.is_some() {
-        return Err(Error::Usage(
-            "--weights: expected none with select, which weighs directions as the scene shows them"
-                .to_owned(),
-        ));
-    }
-    let samples = arguments.samples.samples_or(Some(DRAWN)).or(Some(DRAWN));
+    let wanted = arguments.samples.samples_or(Some(DRAWN));
+    // All directions of a scene would be millions; of a measurement's own samples there may be as many as it has.
+    let samples = if filters.weighting.is_none() { wanted.or(Some(DRAWN)) } else { wanted };
     let options = Options {
         metric: arguments.samples.metric(),
         filters: Filters { samples, ..filters },

@@ -21,6 +21,7 @@ use crate::model::Expression;
 use crate::scene::{Scene, View};
 use crate::tradeoff::{Candidate, counted};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -46,7 +47,8 @@ pub struct Selected {
     pub scene: SceneRecord,
     /// The metric of the fits: l2, log or cbrt.
     pub metric: &'static str,
-    /// `scene`: pairs of directions count as they do in the image.
+    /// `scene`: pairs of directions count as they do in the image; or solid-angle, uniform or sigma: samples of the measurement
+    /// count so.
     pub weights: &'static str,
     /// The 95th percentile of CIEDE2000 that passes.
     pub tolerance: f64,
@@ -131,7 +133,8 @@ pub struct Parameter {
 pub struct Request<'a> {
     /// The models; the ladder of `tradeoff` if none.
     pub expressions: &'a [Expression],
-    /// Metric, largest angles, seed and deadline of the fits.
+    /// Metric, largest angles, seed and deadline of the fits. With a weighting the models are fitted to the measurement's own
+    /// samples, `filters.samples` of them, and not to what the scene shows.
     pub options: &'a Options,
     /// The 95th percentile of CIEDE2000 that passes.
     pub tolerance: f64,
@@ -189,13 +192,25 @@ pub fn select(
             view.samples.len()
         )));
     }
-    let drawn = importance.draw(measurement, &view, &there.values, &there.covered, request.options);
-    let drawn = drawn.ok_or_else(|| {
-        Error::Usage(format!(
-            "{}: expected directions within --max-theta, found none",
-            scene.path().display()
-        ))
-    })?;
+    let fits = match request.options.filters.weighting {
+        Some(weighting) => Fits {
+            data: Cow::Borrowed(measurement),
+            filters: request.options.filters.clone(),
+            weights: weighting.name(),
+        },
+        None => {
+            let drawn = importance.draw(measurement, &view, &there.values, &there.covered, request.options);
+            let data = drawn.ok_or_else(|| {
+                Error::Usage(format!(
+                    "{}: expected directions within --max-theta, found none",
+                    scene.path().display()
+                ))
+            })?;
+            let uniform = Some(Weighting::Uniform);
+            let filters = Filters { samples: None, weighting: uniform, ..request.options.filters.clone() };
+            Fits { data: Cow::Owned(data), filters, weights: "scene" }
+        }
+    };
 
     let candidates = Candidate::all(request.expressions)?;
     let mut shown: Vec<(Tried, Image)> = Vec::new();
@@ -203,7 +218,7 @@ pub fn select(
     for (index, candidate) in candidates.iter().enumerate() {
         let name = candidate.expression.canonical();
         progress.stage(&format!("model {} of {}: {name}", index + 1, candidates.len()));
-        match studio.try_model(candidate, &drawn, request, (&measured, &compared), tolerance) {
+        match studio.try_model(candidate, &fits, request, (&measured, &compared)) {
             Ok(both) => shown.extend(both),
             // A model with more parameters than there is to fit, for one: the others may do.
             Err(error) => failure = Some(error),
@@ -244,7 +259,7 @@ pub fn select(
             covered_light: importance.covered_light(),
         },
         metric: request.options.metric.name(),
-        weights: "scene",
+        weights: fits.weights,
         tolerance,
         answer,
         next_cheaper,
@@ -252,6 +267,14 @@ pub fn select(
         seen: SeenMap::new(&view, measurement),
     };
     Ok(Outcome { selected, measured, fitted, compared })
+}
+
+/// What models are fitted to.
+struct Fits<'a> {
+    data: Cow<'a, Measurement>,
+    filters: Filters,
+    /// How its samples came to count as they do.
+    weights: &'static str,
 }
 
 /// What turns values of a BRDF into an image.
@@ -276,17 +299,14 @@ impl Studio<'_> {
     fn try_model(
         &self,
         candidate: &Candidate,
-        drawn: &Measurement,
+        fits: &Fits<'_>,
         request: &Request<'_>,
         (measured, compared): (&Image, &[bool]),
-        tolerance: f64,
     ) -> Result<[(Tried, Image); 2], Error> {
-        let filters =
-            Filters { samples: None, weighting: Some(Weighting::Uniform), ..request.options.filters.clone() };
-        let options = Options { filters, ..candidate.options(request.options)? };
+        let options = Options { filters: fits.filters.clone(), ..candidate.options(request.options)? };
         let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
-        let fitted = fit(drawn, &candidate.expression, &options, &quiet)?;
-        let channels = drawn.channels.len();
+        let fitted = fit(&fits.data, &candidate.expression, &options, &quiet)?;
+        let channels = fits.data.channels.len();
         let values: Vec<_> = (0..channels).map(|channel| fitted.table.formula_values(channel)).collect();
         let cost = match (values.first(), &self.directions) {
             (Some(first), Directions::Scattered(pairs)) => {
@@ -304,7 +324,7 @@ impl Studio<'_> {
                 precision,
                 cost,
                 parameters: parameters(&fitted.table),
-                passes: usable && differences.delta_e_2000.p95 <= tolerance,
+                passes: usable && differences.delta_e_2000.p95 <= request.tolerance,
                 differences,
                 usable,
             };
