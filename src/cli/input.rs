@@ -60,9 +60,9 @@ pub struct SampleArguments {
     /// Weights of the samples; by default solid-angle on MERL grids, uniform elsewhere
     #[arg(long, value_enum)]
     weights: Option<Weights>,
-    /// Largest angle of incidence and viewing, degrees, inclusive
-    #[arg(long, default_value_t = 80.0, value_name = "DEG")]
-    max_theta: f64,
+    /// Largest angle of incidence and viewing, degrees, inclusive; 80 by default, 90 for select
+    #[arg(long, value_name = "DEG")]
+    max_theta: Option<f64>,
     /// Use only so many samples, drawn evenly; `all` for every one
     #[arg(long, value_parser = sample_count, value_name = "N|all")]
     samples: Option<SampleCount>,
@@ -124,8 +124,13 @@ impl SampleArguments {
 
     /// The filters.
     pub fn filters(&self) -> Result<Filters, Error> {
+        self.filters_up_to(Filters::default().max_theta_deg)
+    }
+
+    /// The filters; angles up to `max_theta_deg` where nothing was said of them.
+    pub fn filters_up_to(&self, max_theta_deg: f64) -> Result<Filters, Error> {
         Ok(Filters {
-            max_theta_deg: checked_max_theta(self.max_theta)?,
+            max_theta_deg: checked_max_theta(self.max_theta.unwrap_or(max_theta_deg))?,
             weighting: self.weights.map(|weights| match weights {
                 Weights::SolidAngle => Weighting::SolidAngle,
                 Weights::Uniform => Weighting::Uniform,

@@ -57,7 +57,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let expressions: Vec<Expression> =
         arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
-    let filters = arguments.samples.filters()?;
+    let filters = arguments.samples.filters_up_to(90.0)?;
     let wanted = arguments.samples.samples_or(Some(DRAWN));
     // All directions of a scene would be millions; of a measurement's own samples there may be as many as it has.
     let samples = if filters.weighting.is_none() { wanted.or(Some(DRAWN)) } else { wanted };

@@ -180,10 +180,12 @@ pub fn select(
     let pairs: Vec<Pair> = view.samples.iter().map(|seen| seen.pair).collect();
     let interpolant = Interpolant::new(measurement);
     let there = interpolant.at(&pairs);
+    let known = known(&pairs, &there.covered, request.options.filters.max_theta_deg);
     let colour = ToRgb::new(&measurement.channels);
-    let studio = Studio { view: &view, directions: Directions::Scattered(pairs), colour: &colour };
+    let studio =
+        Studio { view: &view, directions: Directions::Scattered(pairs), known: &known, colour: &colour };
     let measured = studio.image(&there.values)?;
-    let importance = Importance::new(&view, &there.covered);
+    let importance = Importance::new(&view, &known);
     let compared = importance.compared(&view);
     if !compared.contains(&true) {
         return Err(Error::Usage(format!(
@@ -199,7 +201,7 @@ pub fn select(
             weights: weighting.name(),
         },
         None => {
-            let drawn = importance.draw(measurement, &view, &there.values, &there.covered, request.options);
+            let drawn = importance.draw(measurement, &view, &there.values, &known, request.options);
             let data = drawn.ok_or_else(|| {
                 Error::Usage(format!(
                     "{}: expected directions within --max-theta, found none",
@@ -269,6 +271,13 @@ pub fn select(
     Ok(Outcome { selected, measured, fitted, compared })
 }
 
+/// Which pairs have data around them and lie within the largest angles.
+fn known(pairs: &[Pair], covered: &[bool], max_theta_deg: f64) -> Vec<bool> {
+    let least_cosine = max_theta_deg.to_radians().cos();
+    let within = |pair: &Pair| pair.wi.z >= least_cosine && pair.wo.z >= least_cosine;
+    pairs.iter().zip(covered).map(|(pair, covered)| *covered && within(pair)).collect()
+}
+
 /// What models are fitted to.
 struct Fits<'a> {
     data: Cow<'a, Measurement>,
@@ -282,13 +291,21 @@ struct Studio<'a> {
     view: &'a View,
     /// Of the view's samples.
     directions: Directions,
+    /// Whether the measurement has something to say there.
+    known: &'a [bool],
     colour: &'a ToRgb,
 }
 
 impl Studio<'_> {
     /// The image that values per channel and pair make.
     fn image(&self, values: &[Vec<f64>]) -> Result<Image, Error> {
-        let rgb = self.colour.rows(values);
+        // What nobody has measured is left out of every image, so that none is wrong there.
+        let mut rgb = self.colour.rows(values);
+        for (rgb, known) in rgb.iter_mut().zip(self.known) {
+            if !known {
+                *rgb = [0.0; 3];
+            }
+        }
         let row = |k: usize| rgb.iter().map(|rgb| rgb.get(k).copied().unwrap_or(0.0)).collect::<Vec<f64>>();
         let (r, g, b) = (row(0), row(1), row(2));
         let side = |n: u32| usize::try_from(n).unwrap_or(0);
@@ -369,14 +386,14 @@ struct Importance {
 }
 
 impl Importance {
-    fn new(view: &View, covered: &[bool]) -> Self {
+    fn new(view: &View, known: &[bool]) -> Self {
         let light: Vec<f64> = view.samples.iter().map(|seen| luminance(seen.weight)).collect();
         let mut by_pixel = vec![[0.0; 2]; view.covered.len()];
-        for ((seen, light), covered) in view.samples.iter().zip(&light).zip(covered) {
+        for ((seen, light), known) in view.samples.iter().zip(&light).zip(known) {
             let place = usize::try_from(seen.pixel).ok().and_then(|pixel| by_pixel.get_mut(pixel));
             if let Some([all, with_data]) = place {
                 *all += light;
-                *with_data += if *covered { *light } else { 0.0 };
+                *with_data += if *known { *light } else { 0.0 };
             }
         }
         Self { light, by_pixel }
@@ -395,7 +412,7 @@ impl Importance {
     }
 
     /// The measurement at pairs of the view, drawn in proportion to what an error there does to the image; none if no pair is
-    /// within the largest angles and has data around it.
+    /// known.
     ///
     /// An error d of f at a pair with weight w changes its pixel by w d, and the pairs of a pixel err alike, so
     /// the pixel's squared error is at most W sum(w d^2), W their sum (Cauchy and Schwarz). Fits compare x = f cos(theta_i):
@@ -405,22 +422,21 @@ impl Importance {
         measurement: &Measurement,
         view: &View,
         values: &[Vec<f64>],
-        covered: &[bool],
+        known: &[bool],
         options: &Options,
     ) -> Option<Measurement> {
-        let least_cosine = options.filters.max_theta_deg.to_radians().cos();
         let mut sum = 0.0;
         let running: Vec<f64> = view
             .samples
             .iter()
             .zip(&self.light)
-            .zip(covered)
-            .map(|((seen, light), covered)| {
+            .zip(known)
+            .map(|((seen, light), known)| {
                 let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| self.by_pixel.get(pixel));
                 let [of_pixel, _] = pixel.copied().unwrap_or_default();
-                let (wi, wo) = (seen.pair.wi.z, seen.pair.wo.z);
-                if *covered && wi >= least_cosine && wo >= least_cosine && wi > 0.0 {
-                    sum += of_pixel * light / (wi * wi);
+                let cosine = seen.pair.wi.z;
+                if *known && cosine > 0.0 {
+                    sum += of_pixel * light / (cosine * cosine);
                 }
                 sum
             })
