@@ -972,6 +972,7 @@ def main() -> int:
     print(f", {time.monotonic() - began:.0f} s")
     compared = [(one, result.case.name) for result in results for one in result.compared()]
     if compared:
+        print(f"{len(compared)} images compared with those of the materials")
         for what, of in (
             ("difference", lambda one: one.apart),
             ("share of the margin", lambda one: one.apart / margin(one.program)),
