@@ -347,6 +347,7 @@ fn bad_paths_are_refused() {
     folder.write("good.csv", GOOD);
     folder.write("folder/inside.txt", "x");
     folder.write("a-file", "x");
+    folder.write("scene.json", include_str!("../data/scenes/studio-sphere.json"));
     assert_refused(
         &folder,
         &[
@@ -379,6 +380,21 @@ fn bad_paths_are_refused() {
                 "synth --at a folder",
                 "synth -m lambert --at folder -o f.csv",
                 &["folder", "cannot read"],
+            ),
+            refused(
+                "-o on the input",
+                "tradeoff good.csv -o good.csv",
+                &["good.csv", "another file than the input"],
+            ),
+            refused(
+                "-o on the input",
+                "select good.csv --scene scene.json -o ./good.csv",
+                &["good.csv", "another file than the input"],
+            ),
+            refused(
+                "-o on the scene",
+                "select good.csv --scene scene.json -o scene.json",
+                &["scene.json", "another file than the input"],
             ),
             // "Nothing is written": not even the folder that reports would have gone to.
             refused("missing input, -o new/", "fit nothing.csv -m lambert -o new/", &["nothing.csv"]),

@@ -1,6 +1,6 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 
-use super::fit::{at_least_one, threads};
+use super::fit::{ReportArguments, at_least_one, threads};
 use super::input::{ReadArguments, SampleArguments};
 use super::output::{Output, json};
 use super::progress::Bar;
@@ -33,15 +33,8 @@ pub struct Arguments {
     /// Write measured.exr, fitted.exr, comparison.png (measured, fitted, difference) and delta-e.png into this folder
     #[arg(long, value_name = "FOLDER")]
     images: Option<PathBuf>,
-    /// Write the JSON form here too; '-' for standard output
-    #[arg(short, long, value_name = "OUT")]
-    output: Option<PathBuf>,
-    /// JSON on standard output instead of the table
-    #[arg(long)]
-    json: bool,
-    /// No table, no progress
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    report: ReportArguments,
     /// --weights: by default directions count as the scene shows them; with one of the others the samples themselves are fitted,
     /// which shows what that gains
     #[command(flatten)]
@@ -68,14 +61,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         ..Options::default()
     };
     let tolerance = checked_tolerance(arguments.tolerance)?;
-    let to_stdout = arguments.json || arguments.output.as_deref() == Some(Path::new("-"));
-    let report = arguments.output.as_deref().filter(|path| *path != Path::new("-"));
-    let report = report.map(Output::open).transpose()?;
+    arguments.report.check_inputs(&[arguments.input.clone(), arguments.scene.clone()])?;
+    let report = arguments.report.file().map(Output::open).transpose()?;
     let scene = Scene::read(&arguments.scene)?;
     let measurement = arguments.read.read(&arguments.input)?;
     let images = arguments.images.as_deref().map(Images::open).transpose()?;
 
-    let bar = Bar::new(1, arguments.quiet);
+    let bar = Bar::new(1, arguments.report.quiet());
     bar.begin(&arguments.input);
     let request = Request { expressions: &expressions, options: &options, tolerance };
     let pool = threads(arguments.threads.unwrap_or(0))?;
@@ -84,9 +76,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let found = found?;
 
     let text = json(&found.selected)?;
-    if to_stdout {
+    if arguments.report.json_alone() {
         say(&text)?;
-    } else if !arguments.quiet {
+    } else if !arguments.report.quiet() {
         say(&table(&found.selected))?;
     }
     if let Some(output) = report {

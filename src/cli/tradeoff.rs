@@ -1,6 +1,6 @@
 //! `brdfit tradeoff`: what accuracy costs.
 
-use super::fit::threads;
+use super::fit::{ReportArguments, at_least_one, threads};
 use super::input::{ReadArguments, SampleArguments};
 use super::output::{Output, json};
 use super::progress::Bar;
@@ -11,7 +11,7 @@ use brdfit::measurement::Filters;
 use brdfit::model::Expression;
 use brdfit::tradeoff::{FIT_SAMPLES, Request, compare, csv, svg, table};
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `brdfit tradeoff`.
 #[derive(Args)]
@@ -22,28 +22,21 @@ pub struct Arguments {
     /// Model expression, may be repeated; by default a ladder of models and the approximations inside one
     #[arg(short, long = "model", value_name = "EXPR")]
     models: Vec<String>,
-    /// Write the JSON form here too; '-' for standard output
-    #[arg(short, long, value_name = "OUT")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArguments,
     /// Write the models as CSV
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Plot error against cost
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// JSON on standard output instead of the table
-    #[arg(long)]
-    json: bool,
-    /// No table, no progress
-    #[arg(short, long)]
-    quiet: bool,
     /// --samples limits what is fitted, 20000 unless given; errors are always those on all samples
     #[command(flatten)]
     samples: SampleArguments,
     #[command(flatten)]
     read: ReadArguments,
     /// Threads; by default one per core
-    #[arg(long, value_name = "N", value_parser = super::fit::at_least_one)]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
     threads: Option<usize>,
 }
 
@@ -58,14 +51,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         seed: arguments.samples.seed(),
         ..Options::default()
     };
-    let to_stdout = arguments.json || arguments.output.as_deref() == Some(Path::new("-"));
     let open = |path: &Option<PathBuf>| path.as_deref().map(Output::open).transpose();
-    let report = arguments.output.as_deref().filter(|path| *path != Path::new("-"));
-    let report = report.map(Output::open).transpose()?;
+    arguments.report.check_inputs(std::slice::from_ref(&arguments.input))?;
+    let report = arguments.report.file().map(Output::open).transpose()?;
     let (as_csv, plot) = (open(&arguments.csv)?, open(&arguments.svg)?);
     let measurement = arguments.read.read(&arguments.input)?;
 
-    let bar = Bar::new(1, arguments.quiet);
+    let bar = Bar::new(1, arguments.report.quiet());
     bar.begin(&arguments.input);
     let request = Request { expressions: &expressions, options: &options };
     let found = threads(arguments.threads.unwrap_or(0))?.install(|| compare(&measurement, &request, &bar));
@@ -73,9 +65,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let found = found?;
 
     let text = json(&found)?;
-    if to_stdout {
+    if arguments.report.json_alone() {
         say(&text)?;
-    } else if !arguments.quiet {
+    } else if !arguments.report.quiet() {
         say(&table(&found))?;
     }
     for failure in &found.failed {

@@ -39,7 +39,9 @@ pub use least_squares::{LeastSquares, Linearisation, Rows};
 pub use levenberg_marquardt::{LevenbergMarquardt, minimise};
 pub use loss::{LossKind, Objective};
 pub use metric::Metric;
-pub use parameters::{ParameterTable, Product, Row, Selector, Setting, Settings, Status, channel_suffix};
+pub use parameters::{
+    ParameterTable, ParameterValue, Product, Row, Selector, Setting, Settings, Status, channel_suffix,
+};
 pub use problem::ReflectanceProblem;
 pub use run::{Fit, Options, Progress, Quiet, evaluate, fit};
 pub use search::Start;

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, excerpt, short};
 use crate::model::{Expression, Lobe, ParamSpec, Role, Scale, Sharing, Sharper};
+use serde::Serialize;
 use std::fmt;
 
 /// What the fit does with a parameter.
@@ -13,6 +14,17 @@ pub enum Status {
     Fixed,
     /// It follows the parameter in another row.
     Tied(usize),
+}
+
+/// A parameter as reports show it.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParameterValue {
+    /// Full name.
+    pub name: String,
+    /// In `unit`.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
 }
 
 /// One number of the model: a parameter, for one channel where it is not shared.
@@ -497,6 +509,18 @@ impl ParameterTable {
             None => base,
             Some(channel) => format!("{base}{}", channel_suffix(channel)),
         }
+    }
+
+    /// Every parameter by its full name.
+    #[must_use]
+    pub fn parameter_values(&self) -> Vec<ParameterValue> {
+        let rows = self.rows.iter().enumerate();
+        rows.map(|(index, row)| ParameterValue {
+            name: self.name(index),
+            value: row.value,
+            unit: row.spec.unit.symbol(),
+        })
+        .collect()
     }
 
     /// Lobe and parameter of a row, without the channel.

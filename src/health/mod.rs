@@ -14,7 +14,7 @@ pub use physics::{Albedo, Extreme, INCIDENCES_DEG, Reciprocity};
 pub use quadrature::{Integral, Quadrature, directional_albedo};
 pub use text::{measurement_table, model_table};
 
-use crate::fit::{ParameterTable, Progress};
+use crate::fit::{ParameterTable, ParameterValue, Progress};
 use crate::geometry::Pair;
 use crate::geometry::spherical_degrees;
 use crate::model::Expression;
@@ -51,17 +51,6 @@ pub struct Finding {
     pub channel: Option<String>,
     /// What it is.
     pub text: String,
-}
-
-/// A parameter's value.
-#[derive(Clone, Debug, Serialize)]
-pub struct ParameterValue {
-    /// Full name.
-    pub name: String,
-    /// In `unit`.
-    pub value: f64,
-    /// Its unit.
-    pub unit: &'static str,
 }
 
 /// What was found of a model.
@@ -176,16 +165,7 @@ pub fn model(
         subject: "model",
         path: None,
         model: expression.canonical(),
-        parameters: table
-            .rows()
-            .iter()
-            .enumerate()
-            .map(|(index, row)| ParameterValue {
-                name: table.name(index),
-                value: row.value,
-                unit: row.spec.unit.symbol(),
-            })
-            .collect(),
+        parameters: table.parameter_values(),
         sound: findings.iter().all(|finding| !finding.breaks),
         anisotropic,
         channels,

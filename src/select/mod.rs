@@ -11,15 +11,15 @@ pub use seen::SeenMap;
 pub use text::table;
 
 use crate::error::Error;
-use crate::fit::{Options, ParameterTable, Progress, Quiet, fit};
-use crate::geometry::{Directions, Geometry, Pair};
+use crate::fit::{Options, ParameterValue, Progress, Quiet, fit};
+use crate::geometry::{Directions, Pair};
 use crate::image::{Differences, Image, Route, ToRgb, differences, luminance};
-use crate::math::{Real, count};
+use crate::math::count;
 use crate::measurement::interpolant::{Interpolant, LeaveOut, LeftOut};
 use crate::measurement::{Filters, Measurement, Weighting};
 use crate::model::Expression;
 use crate::scene::{Scene, View};
-use crate::tradeoff::{Candidate, counted};
+use crate::tradeoff::{Candidate, counted, in_single_precision};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -108,24 +108,13 @@ pub struct Tried {
     /// Operations of one evaluation, weighted as docs/tradeoff.md says.
     pub cost: u64,
     /// The parameters.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<ParameterValue>,
     /// How far its image is from the measured one.
     pub differences: Differences,
     /// Whether the fit is usable and the image within the tolerance.
     pub passes: bool,
     /// Whether the fit is usable.
     pub usable: bool,
-}
-
-/// A parameter of a fit.
-#[derive(Clone, Debug, Serialize)]
-pub struct Parameter {
-    /// Full name.
-    pub name: String,
-    /// In `unit`.
-    pub value: f64,
-    /// Its unit.
-    pub unit: &'static str,
 }
 
 /// What to choose from and how.
@@ -183,7 +172,7 @@ pub fn select(
     let known = known(&pairs, &there.covered, request.options.filters.max_theta_deg);
     let colour = ToRgb::new(&measurement.channels);
     let studio =
-        Studio { view: &view, directions: Directions::Scattered(pairs), known: &known, colour: &colour };
+        Studio { view: &view, pairs: &pairs, directions: view.directions(), known: &known, colour: &colour };
     let measured = studio.image(&there.values)?;
     let importance = Importance::new(&view, &known);
     let compared = importance.compared(&view);
@@ -289,7 +278,8 @@ struct Fits<'a> {
 /// What turns values of a BRDF into an image.
 struct Studio<'a> {
     view: &'a View,
-    /// Of the view's samples.
+    /// Of the view's samples, once more as `directions`.
+    pairs: &'a [Pair],
     directions: Directions,
     /// Whether the measurement has something to say there.
     known: &'a [bool],
@@ -325,12 +315,9 @@ impl Studio<'_> {
         let fitted = fit(&fits.data, &candidate.expression, &options, &quiet)?;
         let channels = fits.data.channels.len();
         let values: Vec<_> = (0..channels).map(|channel| fitted.table.formula_values(channel)).collect();
-        let cost = match (values.first(), &self.directions) {
-            (Some(first), Directions::Scattered(pairs)) => {
-                counted(&candidate.expression, first, pairs).0.weighted()
-            }
-            _ => 0,
-        };
+        let pairs = self.pairs;
+        let cost =
+            values.first().map_or(0, |first| counted(&candidate.expression, first, pairs).0.weighted());
         let usable = fitted.unusable.is_none();
         let tried = |precision: &'static str, rows: &[Vec<f64>]| -> Result<(Tried, Image), Error> {
             let image = self.image(rows)?;
@@ -340,7 +327,7 @@ impl Studio<'_> {
                 free: candidate.free.to_vec(),
                 precision,
                 cost,
-                parameters: parameters(&fitted.table),
+                parameters: fitted.table.parameter_values(),
                 passes: usable && differences.delta_e_2000.p95 <= request.tolerance,
                 differences,
                 usable,
@@ -349,32 +336,9 @@ impl Studio<'_> {
         };
         let double = candidate.expression.values(&self.directions, &values);
         let single: Vec<Vec<f64>> =
-            values.iter().map(|values| self.in_single_precision(&candidate.expression, values)).collect();
+            values.iter().map(|values| in_single_precision(&candidate.expression, values, pairs)).collect();
         Ok([tried("f32", &single)?, tried("f64", &double)?])
     }
-
-    /// The values of one channel, of parameters and directions rounded to single precision.
-    fn in_single_precision(&self, expression: &Expression, values: &[(Vec<f64>, Vec<f64>)]) -> Vec<f64> {
-        let narrow = |values: &[f64]| values.iter().map(|value| f32::literal(*value)).collect::<Vec<f32>>();
-        let values: Vec<(Vec<f32>, Vec<f32>)> =
-            values.iter().map(|(shapes, amplitudes)| (narrow(shapes), narrow(amplitudes))).collect();
-        let geometries: Vec<Geometry<f32>> = self
-            .directions
-            .iter()
-            .map(|g| Geometry::new(g.wi.map(f32::literal), g.wo.map(f32::literal)))
-            .collect();
-        expression.values_in(&geometries, &values).into_iter().map(f64::from).collect()
-    }
-}
-
-fn parameters(table: &ParameterTable) -> Vec<Parameter> {
-    let rows = table.rows().iter().enumerate();
-    rows.map(|(index, row)| Parameter {
-        name: table.name(index),
-        value: row.value,
-        unit: row.spec.unit.symbol(),
-    })
-    .collect()
 }
 
 /// How much the pairs of a view matter to its image.

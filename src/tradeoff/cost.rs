@@ -91,7 +91,7 @@ pub(crate) fn counted(
 }
 
 /// The values of a model in single precision, of parameters and directions rounded to it.
-pub(super) fn in_single_precision(
+pub(crate) fn in_single_precision(
     expression: &Expression,
     values: &[(Vec<f64>, Vec<f64>)],
     pairs: &[Pair],

@@ -8,8 +8,8 @@ mod ladder;
 mod plot;
 mod text;
 
-pub(crate) use cost::counted;
 pub use cost::{Cost, Nanoseconds, Spread};
+pub(crate) use cost::{counted, in_single_precision};
 pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
 pub use plot::svg;
 pub use text::{csv, table};
@@ -303,7 +303,7 @@ impl Comparison<'_> {
         let Fitted { fit, errors, seconds, .. } = fitted.as_ref();
         let values = fit.table.formula_values(0);
         let double = self.values(&fitted);
-        let single = cost::in_single_precision(expression, &values, &self.pairs);
+        let single = in_single_precision(expression, &values, &self.pairs);
         Some(Entry {
             model: expression.canonical(),
             parameters: stored(fit),
@@ -345,7 +345,7 @@ impl Comparison<'_> {
         };
         let metric = self.options.metric;
         let weighted = [&of_exact, &of_other].map(|fitted| {
-            cost::counted(&fitted.expression, &fitted.fit.table.formula_values(0), &self.pairs).0.weighted()
+            counted(&fitted.expression, &fitted.fit.table.formula_values(0), &self.pairs).0.weighted()
         });
         let unfitted = with_parameters_of(&of_other, &of_exact)
             .map(|swapped| self.distance(&self.values(&swapped), &self.values(&of_exact)));
