@@ -57,12 +57,14 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 
 import numpy as np
 from scipy.integrate import quad, simpson
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import map_coordinates
+from scipy.spatial import cKDTree
 from scipy.special import erfc
 
 PI = math.pi
@@ -71,7 +73,6 @@ Parameters = dict[str, "float | Array"]
 
 SCENE_FOLDER = Path(__file__).resolve().parents[1] / "data" / "scenes"
 
-TOLERANCE = 1.0
 # Two p95 agree within MARGIN + MARGIN_SHARE p95. See "Verified by a second renderer" in docs/select.md.
 MARGIN, MARGIN_SHARE = 0.2, 0.2
 # Pairs of directions that are evaluated at once: a few arrays of them fit a processor's cache.
@@ -344,12 +345,16 @@ class Brdf:
         return sum(MODELS[model][0](p, options, parameters) for model, options, parameters in self.lobes)
 
 
+# lobe.name, lobe.name.channel or, of a channel that is a number, lobe.name[channel].
+PARAMETER = re.compile(r"([^.]+)\.([^.\[]+)(?:\.([^.]+)|\[([^\]]+)\])?")
+
+
 def brdf(expression: str, rows: list[tuple[str, float]], channels: list[str]) -> Brdf:
     """The BRDF of an expression with parameters `lobe.name[.channel]` and their values, as in a report."""
     values: dict[str, dict[str, dict[str | None, float]]] = {}
     for full, value in rows:
-        lobe, name, *channel = full.split(".")
-        values.setdefault(lobe, {}).setdefault(name, {})[channel[0] if channel else None] = value
+        lobe, name, channel, number = PARAMETER.fullmatch(full).groups()
+        values.setdefault(lobe, {}).setdefault(name, {})[channel or number] = value
     lobes, seen = [], {}
     for term in expression.split(" + "):
         match = re.fullmatch(r"([a-z0-9-]+)(?:\(([^)]*)\))?", term.strip())
@@ -364,6 +369,84 @@ def brdf(expression: str, rows: list[tuple[str, float]], channels: list[str]) ->
             parameters[name] = by_channel[None] if shared else np.array([by_channel[c] for c in channels])
         lobes.append((match[1], MODELS[match[1]][1] | given, parameters))
     return Brdf(tuple(lobes))
+
+
+# ------------------------------------------------------------------------------------------------ measurements
+
+
+class Reference:
+    """What models are compared with."""
+
+    def at(self, p: Pairs) -> tuple[Array, Array]:
+        """f, (N, 1) or (N, channels), and whether it is known, (N,)."""
+        raise NotImplementedError
+
+    def rgb(self, f: Array) -> Array:
+        """Linear RGB of values per channel, of the measurement or of a model."""
+        return f
+
+
+@dataclass(frozen=True)
+class Exact(Reference):
+    """A formula: known everywhere."""
+
+    brdf: Brdf
+
+    def at(self, p: Pairs) -> tuple[Array, Array]:
+        return self.brdf(p), np.ones(len(p.wi), bool)
+
+
+def half_difference(p: Pairs) -> tuple[Array, Array, Array]:
+    """theta_h, theta_d and phi_d, each (N,): wi after turns about z and y that bring the half vector to the normal."""
+    sin_h, cos_h = np.hypot(p.h[:, 0], p.h[:, 1]), p.h[:, 2]
+    azimuth = np.arctan2(p.h[:, 1], p.h[:, 0])
+    cos_a, sin_a = np.cos(azimuth), np.sin(azimuth)
+    x, y, z = cos_a * p.wi[:, 0] + sin_a * p.wi[:, 1], cos_a * p.wi[:, 1] - sin_a * p.wi[:, 0], p.wi[:, 2]
+    x, z = cos_h * x - sin_h * z, sin_h * x + cos_h * z
+    return np.arctan2(sin_h, cos_h), np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
+
+
+def from_half_difference(theta_h: Array, theta_d: Array, phi_d: Array) -> Pairs:
+    """Pairs with the half vector in the x-z plane."""
+    sin, cos = np.sin(theta_h), np.cos(theta_h)
+    x, y, z = np.sin(theta_d) * np.cos(phi_d), np.sin(theta_d) * np.sin(phi_d), np.cos(theta_d)
+    turn = lambda x, y: np.stack([cos * x + sin * z, y + 0 * sin, cos * z - sin * x], axis=-1)
+    return Pairs(turn(x, y), turn(-x, -y))
+
+
+class Table(Reference):
+    """A MERL table, read at the centres of its cells; trilinear in the indices, which go with sqrt(theta_h), theta_d
+    and phi_d. Cells that were not measured take no part; a pair is known if the others have half of the weight."""
+
+    SHAPE = (90, 90, 180)
+    HEADER = struct.pack("<3i", *SHAPE)
+    SCALES = (1 / 1500, 1.15 / 1500, 1.66 / 1500)
+
+    def __init__(self, planes: Array):
+        """`planes`: f, (3, 90, 90, 180), negative or not finite where there is none."""
+        there = np.all(np.isfinite(planes) & (planes >= 0), axis=0)
+        i, j, k = (np.arange(n) + 0.5 for n in self.SHAPE)
+        centres = from_half_difference(*np.meshgrid((i / 90) ** 2 * PI / 2, j / 180 * PI, k / 180 * PI, indexing="ij"))
+        there &= (centres.wi[..., 2] > 0) & (centres.wo[..., 2] > 0)
+        # One more at either end of phi_d, which returns after half a turn.
+        around = partial(np.pad, pad_width=((0, 0), (0, 0), (1, 1)), mode="wrap")
+        self.there = around(there.astype(float))
+        self.planes = [around(np.where(there, plane, 0.0)) for plane in planes]
+
+    @classmethod
+    def read(cls, path: Path) -> Table:
+        stored = np.fromfile(path, "<f8", offset=len(cls.HEADER)).reshape(3, *cls.SHAPE)
+        return cls(stored * np.reshape(cls.SCALES, (3, 1, 1, 1)))
+
+    def at(self, p: Pairs) -> tuple[Array, Array]:
+        theta_h, theta_d, phi_d = half_difference(p)
+        u = np.sqrt(theta_h / (PI / 2))
+        index = np.stack([90 * u - 0.5, 180 / PI * theta_d - 0.5, 180 / PI * (phi_d % PI) + 0.5])
+        # "nearest": constant from the outermost centres on.
+        linear = partial(map_coordinates, coordinates=index, order=1, mode="nearest")
+        held = linear(self.there)
+        f = np.stack([linear(plane) for plane in self.planes], axis=1) / np.maximum(held, 1e-12)[:, None]
+        return f, held >= 0.5
 
 
 # ------------------------------------------------------------------------------------------------------ scenes
@@ -571,18 +654,22 @@ def chunks(seen: Seen, lights: list[Lights]) -> Iterator[Chunk]:
             yield Chunk(Pairs(wi, wo[part][row]), row + first, light.rgb[column] * weight[:, None])
 
 
-def render(seen: Seen, lights: list[Lights], models: list[Brdf]) -> tuple[list[Array], Array]:
-    """An image (pixels of `seen`, 3) per model, and the light that could reach each pixel."""
+def render(seen: Seen, lights: list[Lights], reference: Reference, models: list[Brdf]) -> tuple[list[Array], Array]:
+    """An image (pixels of `seen`, 3) of the reference and of each model, and which pixels count: those that the reference
+    knows for half of their light. What it does not know is in no image."""
     n = len(seen.pixel)
-    images, light = [np.zeros((n, 3)) for _ in models], np.zeros(n)
+    images, light = np.zeros((1 + len(models), 3, n)), np.zeros((2, n))
     for chunk in chunks(seen, lights):
-        light += np.bincount(chunk.pixel, chunk.rgb.sum(axis=1), n)
-        for image, model in zip(images, models):
+        f, known = reference.at(chunk.pairs)
+        luminance = chunk.rgb @ TO_XYZ[1]
+        light += [np.bincount(chunk.pixel, one, n) for one in (luminance, luminance * known)]
+        rgb = chunk.rgb * known[:, None]
+        for image, model in zip(images, (lambda _: f, *models)):
             with np.errstate(under="ignore"):
-                radiance = chunk.rgb * model(chunk.pairs)
-            for c in range(3):
-                image[:, c] += np.bincount(chunk.pixel, radiance[:, c], n)
-    return images, light
+                radiance = rgb * reference.rgb(model(chunk.pairs))
+            image += [np.bincount(chunk.pixel, one, n) for one in radiance.T]
+    everything, with_data = light
+    return [image.T for image in images], (everything > 0) & (with_data >= 0.5 * everything)
 
 
 # ------------------------------------------------------------------------------------------------------ images
@@ -648,6 +735,16 @@ def p95(measured: Array, image: Array) -> float:
 
 
 @dataclass(frozen=True)
+class Settings:
+    """What is asked of all cases."""
+
+    brdfit: str
+    quick: bool
+    everything: bool
+    tolerance: float
+
+
+@dataclass(frozen=True)
 class Material:
     """A measurement that can be made, and its formula."""
 
@@ -656,10 +753,36 @@ class Material:
     truth: dict[str, float]
     channels: tuple[str, ...] = ("f",)
 
-    def brdf(self) -> Brdf:
+    def reference(self) -> Reference:
         """The parameters' names in full; those without a channel are of all."""
-        rows = [(name, value) for name, value in self.truth.items()]
-        return brdf(self.expression, rows, list(self.channels))
+        return Exact(brdf(self.expression, list(self.truth.items()), list(self.channels)))
+
+    def file(self, folder: Path, settings: Settings) -> tuple[Path, float]:
+        """A measurement made in a folder, and the largest angle in it, degrees."""
+        path = folder / "measured.csv"
+        values = [f"{name}={value}" for name, value in self.truth.items()]
+        made = ["--directions", "10000" if settings.quick else "40000", "--max-theta", "89", "--seed", "3"]
+        call([settings.brdfit, "synth", "-m", self.expression, "--set", *values, *made, "-o", str(path)])
+        return path, 89
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measurement that is there."""
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        return self.path.stem
+
+    def reference(self) -> Reference:
+        with self.path.open("rb") as file:
+            is_table = file.read(len(Table.HEADER)) == Table.HEADER
+        return Table.read(self.path) if is_table else Scattered.read(self.path)
+
+    def file(self, _: Path, __: Settings) -> tuple[Path, float]:
+        return self.path, 90
 
 
 def coloured(name: str, rgb: tuple[float, float, float]) -> dict[str, float]:
@@ -683,12 +806,14 @@ MATERIALS = [
 ]
 # The cheaper end of the program's own list, for --quick.
 QUICK_MODELS = ("lambert", f"lambert + {CT}(d=ggx, g=schlick-smith)", "lambert + blinn-phong", f"lambert + {CT}(d=ggx)")
+QUICK_MATERIALS = ("matte", "glossy")
 SCENES = ("studio-sphere", "overcast-sky", "grazing-sun-floor", "interior-normal-incidence")
+QUICK_SCENES = ("studio-sphere", "interior-normal-incidence")
 
 
 @dataclass(frozen=True)
 class Case:
-    material: Material
+    material: Material | Measured
     scene: str
 
     @property
@@ -712,9 +837,9 @@ class Compared:
     def agrees(self) -> bool:
         return self.apart <= margin(self.program)
 
-    def near(self) -> bool:
+    def near(self, tolerance: float) -> bool:
         """Nearer to the tolerance than the margin."""
-        return abs(self.here - TOLERANCE) <= margin(TOLERANCE)
+        return abs(self.here - tolerance) <= margin(tolerance)
 
     def __str__(self) -> str:
         return f"{self.here:.3f} ({self.program:.3f})"
@@ -749,17 +874,16 @@ def call(command: list[str], allowed: tuple[int, ...] = (0,)) -> None:
         raise RuntimeError(f"{' '.join(command[:3])} ... exit {done.returncode}: {done.stderr.strip()[-300:]}")
 
 
-def choose(case: Case, brdfit: str, folder: Path, quick: bool) -> dict:
-    """The program's JSON for a measurement made for it."""
-    measurement, report = folder / "measured.csv", folder / "select.json"
-    values = [f"{name}={value}" for name, value in case.material.truth.items()]
-    made = ["--directions", "10000" if quick else "40000", "--max-theta", "89", "--seed", "3", "-o", str(measurement)]
-    call([brdfit, "synth", "-m", case.material.expression, "--set", *values, *made])
-    command = [brdfit, "select", str(measurement), "--scene", str(scene_path(case.scene)), "-q", "-o", str(report)]
-    if quick:
+def choose(case: Case, folder: Path, settings: Settings) -> dict:
+    """The program's JSON."""
+    measurement, max_theta = case.material.file(folder, settings)
+    report = folder / "select.json"
+    command = [settings.brdfit, "select", str(measurement), "--scene", str(scene_path(case.scene)), "-o", str(report)]
+    if settings.quick:
         command += [part for model in QUICK_MODELS for part in ("-m", model)]
+    command += ["-q", "--threads", "1", "--max-theta", str(max_theta), "--tolerance", str(settings.tolerance)]
     # Exit 1: no model passes, and the report is there.
-    call([*command, "--threads", "1", "--max-theta", "89"], allowed=(0, 1))
+    call(command, allowed=(0, 1))
     return json.loads(report.read_text())
 
 
@@ -767,43 +891,40 @@ def scene_path(name: str) -> Path:
     return SCENE_FOLDER / f"{name}.json"
 
 
-def run_case(arguments: tuple[Case, str, bool, bool]) -> Result:
-    case, brdfit, quick, everything = arguments
+def run_case(settings: Settings, case: Case) -> Result:
     began = time.monotonic()
     result = Result(case)
     try:
         with tempfile.TemporaryDirectory() as folder:
-            report = choose(case, brdfit, Path(folder), quick)
-        verify(result, report, quick, everything)
-    except (RuntimeError, ValueError, KeyError) as error:
+            report = choose(case, Path(folder), settings)
+        verify(result, report, settings)
+    except (RuntimeError, ValueError, KeyError, OSError) as error:
         result.faults.append(f"{type(error).__name__}: {error}")
     result.seconds = time.monotonic() - began
     return result
 
 
-def verify(result: Result, report: dict, quick: bool, everything: bool) -> None:
+def verify(result: Result, report: dict, settings: Settings) -> None:
     """Renders what the report names, compares, and notes what is wrong."""
     tried, channels = report["tried"], report["data"]["channels"]
     answer, cheaper = report["answer"], report["next_cheaper"]
-    nearest = min(range(len(tried)), key=lambda k: tried[k]["differences"]["delta_e_2000"]["p95"])
+    doubles = [k for k, one in enumerate(tried) if one["precision"] == "f64"]
+    nearest = min(doubles, key=lambda k: tried[k]["differences"]["delta_e_2000"]["p95"])
     indices = [k for k in (answer, cheaper, nearest if answer is None else None) if k is not None]
     # That the answer is the cheapest: all that cost less fail.
-    below = tried[:answer] if answer is not None else []
-    indices += [k for k, one in enumerate(below) if one["precision"] == "f64" and k not in indices]
-    if everything:
-        indices += [k for k, one in enumerate(tried) if one["precision"] == "f64" and k not in indices]
+    below = doubles if settings.everything else [k for k in doubles if answer is not None and k < answer]
+    indices += [k for k in below if k not in indices]
 
     path = scene_path(result.case.scene)
     scene = json.loads(path.read_text())
-    seen, lights = see(scene), place_lights(scene, path.parent, 1 if quick else 2)
+    seen, lights = see(scene), place_lights(scene, path.parent, 1 if settings.quick else 2)
     models = [
         brdf(tried[k]["model"], [(q["name"], q["value"]) for q in tried[k]["parameters"]], channels) for k in indices
     ]
-    (measured, *images), light = render(seen, lights, [result.case.material.brdf(), *models])
-    lit = light > 0
+    (measured, *images), counts = render(seen, lights, result.case.material.reference(), models)
     for k, image in zip(indices, images):
         program = tried[k]["differences"]["delta_e_2000"]["p95"]
-        one = Compared(tried[k]["model"], tried[k]["cost"], program, p95(measured[lit], image[lit]))
+        one = Compared(tried[k]["model"], tried[k]["cost"], program, p95(measured[counts], image[counts]))
         if k == answer:
             result.answer = one
         elif k == cheaper:
@@ -813,8 +934,8 @@ def verify(result: Result, report: dict, quick: bool, everything: bool) -> None:
         if not one.agrees():
             result.faults.append(f"{one.model}: {one.here:.3f} here, {one.program:.3f} by the program")
         # A model that is not usable fails at any p95.
-        wrong = (one.here <= TOLERANCE) != tried[k]["passes"] and tried[k]["usable"]
-        if wrong and one.near():
+        wrong = (one.here <= settings.tolerance) != tried[k]["passes"] and tried[k]["usable"]
+        if wrong and one.near(settings.tolerance):
             result.either = True
         elif wrong:
             says = "passes" if tried[k]["passes"] else "fails"
@@ -890,8 +1011,8 @@ def self_test() -> None:
         ({"area": panel}, 4 * slant * math.atan(slant), 1e-3),
     ]:
         scene = {"surface": {"plane": plane}, "camera": camera, "lights": [light]}
-        white = Brdf((("lambert", {}, {"kd": PI}),))
-        (image,), _ = render(see(scene), place_lights(scene, SCENE_FOLDER, 2), [white])
+        white = Exact(Brdf((("lambert", {}, {"kd": PI}),)))
+        (image,), _ = render(see(scene), place_lights(scene, SCENE_FOLDER, 2), white, [])
         expect(f"irradiance of {next(iter(light))}", image[0, 0], right, slack)
 
     # From 5 away, the outline of a sphere of radius 1 is a circle of radius tan(asin(1/5)) on a screen 1 away, and
@@ -917,17 +1038,18 @@ def matrix(results: list[Result]) -> str:
     """Answers by material and scene."""
     by_name = {result.case.name: result for result in results}
     rows = []
-    for material in MATERIALS:
-        found = [by_name.get(f"{material.name} | {scene}") for scene in SCENES]
-        if any(found):
-            cells = ["-" if r is None else f"{r.answer.model}, {r.answer.cost}" if r.answer else "none" for r in found]
-            rows.append(f"| {material.name} | " + " | ".join(cells) + " |")
+    for material in dict.fromkeys(result.case.material.name for result in results):
+        found = [by_name.get(f"{material} | {scene}") for scene in SCENES]
+        cells = ["-" if r is None else f"{r.answer.model}, {r.answer.cost}" if r.answer else "none" for r in found]
+        rows.append(f"| {material} | " + " | ".join(cells) + " |")
     return "\n".join(["| | " + " | ".join(SCENES) + " |", "|---" * (len(SCENES) + 1) + "|", *rows])
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--brdfit", help="the brdfit binary")
+    parser.add_argument("--measured", nargs="+", type=Path, help="MERL tables and Cornell files, in place of formulas")
+    parser.add_argument("--tolerance", type=float, default=1.0, help="of select; 1, which is just noticeable, by default")
     parser.add_argument("--quick", action="store_true", help="two materials, two scenes, four models, plainer lights")
     parser.add_argument("--all", action="store_true", help="models dearer than the answer, too; print each")
     parser.add_argument("--jobs", type=int, default=2, help="cases run at the same time")
@@ -942,14 +1064,15 @@ def main() -> int:
         return 0
     if not options.brdfit:
         parser.error("--brdfit PATH is needed (or --self-test)")
-    brdfit = str(Path(options.brdfit).resolve())
-    if not os.access(brdfit, os.X_OK):
-        parser.error(f"{brdfit}: not an executable file")
+    settings = Settings(str(Path(options.brdfit).resolve()), options.quick, options.all, options.tolerance)
+    if not os.access(settings.brdfit, os.X_OK):
+        parser.error(f"{settings.brdfit}: not an executable file")
 
-    cases = [Case(material, scene) for material in MATERIALS for scene in SCENES]
-    if options.quick:
-        few = [(m, s) for m in ("matte", "glossy") for s in ("studio-sphere", "interior-normal-incidence")]
-        cases = [case for case in cases if (case.material.name, case.scene) in few]
+    materials = [Measured(path) for path in options.measured] if options.measured else MATERIALS
+    if options.quick and not options.measured:
+        materials = [material for material in MATERIALS if material.name in QUICK_MATERIALS]
+    scenes = QUICK_SCENES if options.quick else SCENES
+    cases = [Case(material, scene) for material in materials for scene in scenes]
     cases = [case for case in cases if options.only in case.name]
     if not cases:
         print(f"no case contains '{options.only}'")
@@ -958,7 +1081,7 @@ def main() -> int:
     print("verdict material | scene | answer, cost: p95 here (by the program) | next cheaper: the same", flush=True)
     results = []
     with multiprocessing.Pool(options.jobs) as pool:
-        for result in pool.imap(run_case, [(case, brdfit, options.quick, options.all) for case in cases]):
+        for result in pool.imap(partial(run_case, settings), cases):
             print(result.line(), flush=True)
             results.append(result)
             if options.all:
