@@ -3,18 +3,20 @@
 
 What it does
     For every pair of a material and a scene this script
-      1. makes a measurement of the material (`brdfit synth`, formula and parameters known here) and lets
-         `brdfit select` choose a model for the scene;
-      2. renders in numpy the material's own formula (no interpolation between samples), the answer, and every model
-         that costs less, at the parameters that the program's JSON has;
+      1. makes a measurement of the material (`brdfit synth`, formula and parameters known here), or takes a file, and
+         lets `brdfit select` choose a model for the scene;
+      2. renders in numpy the material's own formula (no interpolation between samples) or, of a file, an interpolant of
+         its own, the answer, and every model that costs less, at the parameters that the program's JSON has;
       3. compares the images: own exposure, own Lab, own CIEDE2000.
     It exits 1 if the answer is not within the tolerance, if a cheaper model is, or if a 95th percentile of CIEDE2000
-    is farther from the program's than the margin. Where no model passes, the nearest must fail here, too.
+    is farther from the program's than the margin. Where no model passes, the nearest must fail here, too; where the
+    program refuses a scene for want of data, no pixel may have any here.
 
 How to run it (numpy and scipy come from scripts/requirements.txt)
     python scripts/verify_select.py --brdfit target/release/brdfit
     python scripts/verify_select.py --brdfit target/release/brdfit --quick
     python scripts/verify_select.py --brdfit target/release/brdfit --only 'glossy | studio' --all
+    python scripts/verify_select.py --brdfit target/release/brdfit --measured blue-fabric.binary krylon_blue.brdf
     python scripts/verify_select.py --self-test            colours, formulas, lights; no brdfit needed
 
 How to read a line
@@ -23,8 +25,13 @@ How to read a line
 
 What differs on purpose
     Light: rectangles have finer cells, of a map every pixel counts (cut into four), skies are fine grids. The
-    program's are 49 to 256 points per light. The measurement: the formula here, 40 000 scattered samples of it and
-    an interpolant there. The pixels: all that have light here, those with data around their directions there.
+    program's are 49 to 256 points per light. Of a material with a formula, the measurement: the formula here, 40 000
+    scattered samples of it and an interpolant there; and the pixels: all that have light here, those with data around
+    their directions there.
+
+What does not differ, of files
+    What lies between samples, and which directions have data around them, is a rule, not a fact: docs/image.md and the
+    heads of src/measurement/interpolant have it, and it is written anew here. Whether it is good is not asked.
 
 Conventions
     docs/conventions.md, docs/scene.md and docs/image.md. Formulas are those of the heads of src/model, written anew.
@@ -32,9 +39,12 @@ Conventions
 
 Sources
     CIEDE2000: Sharma, Wu and Dalal 2005 (doi:10.1002/col.20070). sRGB: ITU-R BT.709 primaries, D65. OpenEXR: the
-    layout of a single-part file of scan lines without compression. The papers of the models: src/model.
+    layout of a single-part file of scan lines without compression. MERL tables: Matusik et al. 2003
+    (doi:10.1145/882262.882343), their coordinates Rusinkiewicz 1998. The observer: Wyman, Sloan and Shirley 2013 (JCGT
+    2(2)); D65: CIE 15:2004. The papers of the models: src/model.
 
-Organisation: pairs of directions, parts and models, expressions, scenes, images, one case, self-test, command line.
+Organisation: pairs of directions, parts and models, expressions, measurements, scenes, images, one case, self-test,
+command line.
 """
 
 from __future__ import annotations
@@ -65,6 +75,7 @@ from scipy.integrate import quad, simpson
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 from scipy.special import erfc
 
 PI = math.pi
@@ -374,6 +385,32 @@ def brdf(expression: str, rows: list[tuple[str, float]], channels: list[str]) ->
 # ------------------------------------------------------------------------------------------------ measurements
 
 
+# Relative power of D65 at 400, 410 .. 700 nm.
+D65 = [float(power) for power in """
+     82.7549  91.4860  93.4318  86.6823 104.865  117.008  117.812  114.861  115.923  108.811  109.354
+    107.802  104.790  107.689  104.405  104.046  100.000   96.3342  95.7880  88.6856  90.0062  89.5991
+     87.6987  83.2886  83.6992  80.0268  80.2146  82.2778  78.2842  69.7213  71.6091""".split()]
+# Of scattered samples: how many say what lies between them, how much of a slope they must tell, and how far apart
+# points are the same.
+NEAREST, RIDGE, SAME_POINT = 13, 1e-2, 1e-7
+
+
+def rgb_to_xyz() -> Array:
+    """The matrix that the primaries of BT.709 and the white of D65 give."""
+    xy = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
+    full = lambda xy: np.stack([xy[..., 0] / xy[..., 1], np.ones(xy.shape[:-1]), (1 - xy.sum(-1)) / xy[..., 1]], -1)
+    primaries = full(xy).T
+    return primaries * np.linalg.solve(primaries, full(np.array([0.3127, 0.3290])))
+
+
+TO_XYZ = rgb_to_xyz()
+
+
+def ranked(values: Array, percent: int) -> float:
+    """The value of rank ceil(percent n/100)."""
+    return float(np.sort(values)[-(-len(values) * percent // 100) - 1])
+
+
 class Reference:
     """What models are compared with."""
 
@@ -447,6 +484,129 @@ class Table(Reference):
         held = linear(self.there)
         f = np.stack([linear(plane) for plane in self.planes], axis=1) / np.maximum(held, 1e-12)[:, None]
         return f, held >= 0.5
+
+
+def directions(theta: Array, phi: Array) -> Array:
+    """Unit vectors (N, 3); a negative theta lies on the other side."""
+    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+
+
+def observer(nm: Array) -> Array:
+    """xbar, ybar, zbar (wavelengths, 3) of the CIE 1931 observer, in Wyman's fit of lobes."""
+
+    def lobe(height: float, centre: float, below: float, above: float) -> Array:
+        return height * np.exp(-0.5 * ((nm - centre) * np.where(nm < centre, below, above)) ** 2)
+
+    x = lobe(1.056, 599.8, 0.0264, 0.0323) + lobe(0.362, 442.0, 0.0624, 0.0374) - lobe(0.065, 501.1, 0.0490, 0.0382)
+    y = lobe(0.821, 568.8, 0.0213, 0.0247) + lobe(0.286, 530.9, 0.0613, 0.0322)
+    z = lobe(1.217, 437.0, 0.0845, 0.0278) + lobe(0.681, 459.0, 0.0385, 0.0725)
+    return np.stack([x, y, z], axis=1)
+
+
+def white_xyz(nm: Array) -> Array:
+    """What rising wavelengths in 400 to 700 nm add to X, Y and Z of white under D65, (wavelengths, 3): trapezoids."""
+    widths = np.diff(np.concatenate([nm[:1], (nm[1:] + nm[:-1]) / 2, nm[-1:]]))
+    return observer(nm) * (np.interp(nm, np.arange(400, 701, 10), D65) * widths)[:, None]
+
+
+def spectrum_to_rgb(nm: Array) -> Array:
+    """The matrix (wavelengths, 3) from f per wavelength to linear RGB; white is (1, 1, 1)."""
+    xyz = white_xyz(nm)
+    return np.linalg.solve(TO_XYZ, (xyz * (TO_XYZ.sum(axis=1) / xyz.sum(axis=0))).T).T
+
+
+def local_weights(steps: Array, apart: Array) -> Array:
+    """Weights (N, K) of the K nearest samples in the value at N points of the linear function that fits them best.
+    `steps` (N, K, D) lead to the samples, `apart` long, the nearest first. A sample at the point itself has all the
+    weight."""
+    same = apart < SAME_POINT
+    reach = 1.0001 * apart[:, -1:]
+    weights = ((reach - apart) / (reach * np.maximum(apart, SAME_POINT))) ** 2
+    weights /= weights.sum(axis=1, keepdims=True)
+    mean = np.einsum("nk,nkd->nd", weights, steps)
+    steps = steps - mean[:, None]
+    covariance = np.swapaxes(steps * weights[:, :, None], 1, 2) @ steps
+    ridge = RIDGE * np.trace(covariance, axis1=1, axis2=2) + np.finfo(float).tiny
+    slope = np.linalg.solve(covariance + ridge[:, None, None] * np.eye(steps.shape[2]), mean[:, :, None])
+    weights *= 1.0 - (steps @ slope)[:, :, 0]
+    found = same.any(axis=1, keepdims=True)
+    return np.where(found, same / np.maximum(same.sum(axis=1, keepdims=True), 1), weights)
+
+
+@dataclass
+class Scattered(Reference):
+    """Samples of an isotropic surface at scattered directions, lit from one azimuth: cbrt(f) is a local linear fit
+    through the nearest of them, in coordinates in which near points look alike. It is taken to be reciprocal if samples
+    are then foretold about as well, without those of the same light."""
+
+    wavelengths: Array
+    pairs: Pairs
+    f: Array
+
+    def __post_init__(self):
+        self.roots, self.to_rgb = np.cbrt(self.f), spectrum_to_rgb(self.wavelengths)
+        errors = {reciprocal: self.foretold(reciprocal) for reciprocal in (True, False)}
+        self.reciprocal = errors[True] <= 1.1 * min(errors.values())
+        self.points = self.place(self.pairs, self.reciprocal)
+        self.tree = cKDTree(self.points)
+        apart = cdist(self.points, self.points)
+        apart[apart <= SAME_POINT] = np.inf
+        # The distance of the eighth neighbour: how far a sample is trusted.
+        self.reach = np.partition(apart, 7, axis=1)[:, 7]
+        self.lowest = [np.min(cosines) for cosines in (self.pairs.ci, self.pairs.co)]
+        if self.reciprocal:
+            self.lowest = [min(self.lowest)] * 2
+
+    @classmethod
+    def read(cls, path: Path) -> Scattered:
+        """A Cornell file: a count, so many wavelengths, rows of theta_i phi_i theta_o phi_o in radians and f of each."""
+        lines = path.read_text().splitlines()
+        numbers = np.array([word for line in lines for word in line.split("#")[0].split()], float)
+        n = int(numbers[0])
+        wavelengths, rows = numbers[1 : n + 1], numbers[n + 1 :].reshape(-1, n + 4)
+        theta_i, phi_i, theta_o, phi_o = rows.T[:4]
+        if np.ptp(phi_i) > 0:
+            raise ValueError(f"{path}: this script knows measurements lit from one azimuth only")
+        return cls(wavelengths, Pairs(directions(theta_i, phi_i), directions(theta_o, phi_o)), rows[:, 4:])
+
+    @staticmethod
+    def place(p: Pairs, reciprocal: bool) -> Array:
+        theta_h, theta_d, phi_d = half_difference(p)
+        u = np.sqrt(theta_h / (PI / 2))
+        off = 0.5 * u * np.sin(theta_d)
+        along = np.abs(np.cos(phi_d)) if reciprocal else np.cos(phi_d)
+        return np.stack([2 * u, theta_d, off * along, off * np.abs(np.sin(phi_d))], axis=1)
+
+    def value(self, steps: Array, apart: Array, samples: Array) -> Array:
+        """f from the samples (N, K) that are nearest to N points, held between the smallest and the largest of them."""
+        roots = self.roots[samples]
+        found = np.einsum("nk,nkc->nc", local_weights(steps, apart), roots)
+        return np.clip(found, roots.min(axis=1), roots.max(axis=1)) ** 3
+
+    def foretold(self, reciprocal: bool) -> float:
+        """Median relative error of 500 samples, found from those of other lights."""
+        points = self.place(self.pairs, reciprocal)
+        judges = np.arange(min(500, len(points))) * len(points) // min(500, len(points))
+        apart = cdist(points[judges], points)
+        apart[(cdist(self.pairs.wi[judges], self.pairs.wi) < 1e-3) | (apart <= SAME_POINT)] = np.inf
+        samples = np.argsort(apart, axis=1)[:, :NEAREST]
+        steps = points[samples] - points[judges, None]
+        found = self.value(steps, np.take_along_axis(apart, samples, axis=1), samples)
+        error, size = (np.abs(f).sum(axis=1) for f in (found - self.f[judges], self.f[judges]))
+        return ranked(error[size > 0] / size[size > 0], 50)
+
+    def at(self, p: Pairs) -> tuple[Array, Array]:
+        points = self.place(p, self.reciprocal)
+        apart, samples = self.tree.query(points, NEAREST)
+        within = [cos[:, 0] >= lowest - 1e-9 for cos, lowest in zip((p.ci, p.co), self.lowest)]
+        known = within[0] & within[1] & (apart[:, 0] <= self.reach[samples[:, 0]])
+        # In pieces: K samples with all their wavelengths for each point.
+        pieces = np.array_split(np.arange(len(points)), 1 + len(points) // 5000)
+        steps = lambda piece: self.points[samples[piece]] - points[piece, None]
+        return np.concatenate([self.value(steps(one), apart[one], samples[one]) for one in pieces]), known
+
+    def rgb(self, f: Array) -> Array:
+        return f @ self.to_rgb
 
 
 # ------------------------------------------------------------------------------------------------------ scenes
@@ -655,8 +815,8 @@ def chunks(seen: Seen, lights: list[Lights]) -> Iterator[Chunk]:
 
 
 def render(seen: Seen, lights: list[Lights], reference: Reference, models: list[Brdf]) -> tuple[list[Array], Array]:
-    """An image (pixels of `seen`, 3) of the reference and of each model, and which pixels count: those that the reference
-    knows for half of their light. What it does not know is in no image."""
+    """An image (pixels of `seen`, 3) of the reference and of each model, and which pixels count: those of whose light
+    the reference knows at least half. What it does not know is in no image."""
     n = len(seen.pixel)
     images, light = np.zeros((1 + len(models), 3, n)), np.zeros((2, n))
     for chunk in chunks(seen, lights):
@@ -673,17 +833,6 @@ def render(seen: Seen, lights: list[Lights], reference: Reference, models: list[
 
 
 # ------------------------------------------------------------------------------------------------------ images
-
-
-def rgb_to_xyz() -> Array:
-    """The matrix that the primaries of BT.709 and the white of D65 give."""
-    xy = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
-    full = lambda xy: np.stack([xy[..., 0] / xy[..., 1], np.ones(xy.shape[:-1]), (1 - xy.sum(-1)) / xy[..., 1]], -1)
-    primaries = full(xy).T
-    return primaries * np.linalg.solve(primaries, full(np.array([0.3127, 0.3290])))
-
-
-TO_XYZ = rgb_to_xyz()
 
 
 def lab(rgb: Array) -> Array:
@@ -717,11 +866,6 @@ def ciede2000(one: Array, other: Array) -> Array:
     sc, sh = 1 + 0.045 * c, 1 + 0.015 * c * t
     twist = -np.sin(2 * bend) * 2 * flat(c)
     return np.sqrt((dl / sl) ** 2 + (dc / sc) ** 2 + (dh / sh) ** 2 + twist * (dc / sc) * (dh / sh))
-
-
-def ranked(values: Array, percent: int) -> float:
-    """The value of rank ceil(percent n/100)."""
-    return float(np.sort(values)[-(-len(values) * percent // 100) - 1])
 
 
 def p95(measured: Array, image: Array) -> float:
@@ -854,6 +998,7 @@ class Result:
     others: list[Compared] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
     either: bool = False
+    refused: bool = False
     seconds: float = 0.0
 
     def compared(self) -> list[Compared]:
@@ -861,15 +1006,23 @@ class Result:
 
     def line(self) -> str:
         word = "FAILED" if self.faults else "either" if self.either else "ok"
-        shown = f"{self.answer.model}, {self.answer.cost}: {self.answer}" if self.answer else "none"
+        shown = "refused" if self.refused else "none"
+        if self.answer:
+            shown = f"{self.answer.model}, {self.answer.cost}: {self.answer}"
         cheaper = f" | {self.cheaper.model}: {self.cheaper}" if self.cheaper else ""
         if not self.answer:
             cheaper = "".join(f" | nearest {one.model}: {one}" for one in self.others[:1])
         return f"{word:6} {self.case.name} | {shown}{cheaper} | {self.seconds:.0f} s"
 
 
+class Refused(RuntimeError):
+    """The program finds nothing measured in what a scene shows."""
+
+
 def call(command: list[str], allowed: tuple[int, ...] = (0,)) -> None:
     done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode == 2 and "expected a scene that shows directions of the measurement" in done.stderr:
+        raise Refused
     if done.returncode not in allowed:
         raise RuntimeError(f"{' '.join(command[:3])} ... exit {done.returncode}: {done.stderr.strip()[-300:]}")
 
@@ -891,6 +1044,13 @@ def scene_path(name: str) -> Path:
     return SCENE_FOLDER / f"{name}.json"
 
 
+def set_up(name: str, settings: Settings) -> tuple[Seen, list[Lights]]:
+    """A scene's surface and lights."""
+    path = scene_path(name)
+    scene = json.loads(path.read_text())
+    return see(scene), place_lights(scene, path.parent, 1 if settings.quick else 2)
+
+
 def run_case(settings: Settings, case: Case) -> Result:
     began = time.monotonic()
     result = Result(case)
@@ -898,6 +1058,11 @@ def run_case(settings: Settings, case: Case) -> Result:
         with tempfile.TemporaryDirectory() as folder:
             report = choose(case, Path(folder), settings)
         verify(result, report, settings)
+    except Refused:
+        result.refused = True
+        _, counts = render(*set_up(case.scene, settings), case.material.reference(), [])
+        if counts.any():
+            result.faults.append(f"refused by the program, and {counts.sum()} pixels of {len(counts)} are known here")
     except (RuntimeError, ValueError, KeyError, OSError) as error:
         result.faults.append(f"{type(error).__name__}: {error}")
     result.seconds = time.monotonic() - began
@@ -912,16 +1077,16 @@ def verify(result: Result, report: dict, settings: Settings) -> None:
     nearest = min(doubles, key=lambda k: tried[k]["differences"]["delta_e_2000"]["p95"])
     indices = [k for k in (answer, cheaper, nearest if answer is None else None) if k is not None]
     # That the answer is the cheapest: all that cost less fail.
-    below = doubles if settings.everything else [k for k in doubles if answer is not None and k < answer]
-    indices += [k for k in below if k not in indices]
+    others = doubles if settings.everything else [k for k in doubles if answer is not None and k < answer]
+    shown = {tried[k]["model"] for k in indices}
+    indices += [k for k in others if tried[k]["model"] not in shown]
 
-    path = scene_path(result.case.scene)
-    scene = json.loads(path.read_text())
-    seen, lights = see(scene), place_lights(scene, path.parent, 1 if settings.quick else 2)
     models = [
         brdf(tried[k]["model"], [(q["name"], q["value"]) for q in tried[k]["parameters"]], channels) for k in indices
     ]
-    (measured, *images), counts = render(seen, lights, result.case.material.reference(), models)
+    (measured, *images), counts = render(
+        *set_up(result.case.scene, settings), result.case.material.reference(), models
+    )
     for k, image in zip(indices, images):
         program = tried[k]["differences"]["delta_e_2000"]["p95"]
         one = Compared(tried[k]["model"], tried[k]["cost"], program, p95(measured[counts], image[counts]))
@@ -1031,6 +1196,81 @@ def self_test() -> None:
         expect("frames", turned + np.max(np.abs(np.linalg.det(seen.frame) - 1)), 0.0, 1e-12)
 
 
+def random_pairs(rng: np.random.Generator, n: int) -> Pairs:
+    """Pairs all over both hemispheres, down to 10 degrees above the horizon."""
+    one = lambda: directions(np.arccos(rng.uniform(math.cos(math.radians(80)), 1.0, n)), rng.uniform(0, 2 * PI, n))
+    return Pairs(one(), one())
+
+
+def self_test_tables() -> None:
+    """Directions there and back, and tables of formulas."""
+    rng = np.random.default_rng(1)
+    # Half vectors and difference angles of 0.8 to 40 degrees: between centres, and far from the horizon.
+    limits = [[math.radians(40)], [math.radians(40)], [PI]]
+    angles = rng.uniform(0.02, 0.99, (3, 4000)) * limits
+    pairs = from_half_difference(*angles)
+    phi = rng.uniform(0, 2 * PI, 4000)
+    spin = np.zeros((4000, 3, 3))
+    spin[:, 0, 0], spin[:, 0, 1], spin[:, 1, 0], spin[:, 1, 1] = np.cos(phi), -np.sin(phi), np.sin(phi), np.cos(phi)
+    spin[:, 2, 2] = 1
+    turned = Pairs(*(np.einsum("nij,nj->ni", spin, v) for v in (pairs.wi, pairs.wo)))
+    back = np.stack(half_difference(turned))
+    expect("half/difference, there and back", np.max(np.abs(back - angles)), 0.0, 1e-9)
+    exchanged = half_difference(Pairs(turned.wo, turned.wi))[2]
+    expect("phi_d, directions exchanged", np.max(np.abs((exchanged - angles[2]) % PI - PI / 2)) - PI / 2, 0.0, 1e-9)
+
+    # Indices of the pairs, whole at centres.
+    h, d, k = 90 * np.sqrt(angles[0] / (PI / 2)) - 0.5, np.degrees(angles[1]) - 0.5, np.degrees(angles[2]) - 0.5
+    grid = np.meshgrid(*(np.arange(n, dtype=float) for n in Table.SHAPE), indexing="ij")
+    linear = lambda h, d, k: 3 + 0.1 * h - 0.02 * d + 0.001 * h * d + 0.01 * k
+    wave = lambda h, d, k: 4 + np.cos(h / 8) + np.cos(d / 8) + np.cos(PI / 90 * k)
+    table = Table(np.stack([linear(*grid), wave(*grid), 1 + grid[0]]))
+    f, known = table.at(turned)
+    expect("share of known pairs", known.mean(), 1.0, 0.0)
+    inner = k < 179
+    expect("a linear table", np.max(np.abs(f[:, 0] - linear(h, d, k))[inner]), 0.0, 1e-9)
+    # Straight lines err by an eighth of the second derivative along each axis at most, across phi_d = 180 degrees, too.
+    bound = (2 / 64 + (PI / 90) ** 2) / 8
+    expect("a wavy table, share of its bound", np.max(np.abs(f[:, 1] - wave(h, d, k))) / bound, 0.9, 0.1)
+    cells = rng.integers(0, 40, (3, 1000))
+    centres = from_half_difference(((cells[0] + 0.5) / 90) ** 2 * PI / 2, *np.radians(cells[1:] + 0.5))
+    expect("centres", np.max(np.abs(table.at(centres)[0][:, 1] - wave(*cells))), 0.0, 1e-9)
+
+    # Without cell (10, 10, 10), the other seven around it stand in.
+    holed = np.stack([1 + grid[0]] * 3)
+    holed[1, 10, 10, 10] = -1.0
+    at = lambda i: from_half_difference(*([angle] for angle in ((i / 90) ** 2 * PI / 2, *np.radians([i, i]))))
+    f, known = Table(holed).at(at(11.0))
+    expect("beside a missing cell", f[0, 0] + known[0], (3 * 11 + 4 * 12) / 7 + 1, 1e-9)
+    expect("in a missing cell", Table(holed).at(at(10.5))[1][0], 0, 0)
+    expect("below the horizon", table.at(from_half_difference([1.2], [1.2], [0.0]))[1][0], 0, 0)
+
+
+def self_test_scattered() -> None:
+    """Scattered samples of formulas, and the white of spectra."""
+    nm = np.arange(400.0, 701.0, 10.0)
+    white = white_xyz(nm).sum(axis=0)
+    # CIE 15: D65 is at 0.3127, 0.3290.
+    expect("x of D65", white[0] / white.sum(), 0.3127, 2e-3)
+    expect("y of D65", white[1] / white.sum(), 0.3290, 2e-3)
+    expect("RGB of white", np.max(np.abs(spectrum_to_rgb(nm).sum(axis=0) - 1)), 0.0, 1e-12)
+
+    rng = np.random.default_rng(2)
+    sampled, asked = random_pairs(rng, 2000), random_pairs(rng, 2000)
+    lobe = lambda p: 0.1 + 0.5 * np.exp(-p.tan2 / 0.16)
+    for name, formula, reciprocal in [("a lobe", lobe, True), ("a lopsided lobe", lambda p: lobe(p) * p.ci**2, False)]:
+        cloud = Scattered(nm, sampled, formula(sampled) * np.ones(31))
+        expect(f"{name} is reciprocal", cloud.reciprocal, reciprocal, 0)
+        expect(f"{name} at its samples", np.max(np.abs(cloud.at(sampled)[0] / cloud.f - 1)), 0.0, 1e-12)
+        f, known = cloud.at(asked)
+        error = np.abs(f[known] / formula(asked)[known] - 1)
+        expect(f"{name} between its samples", np.median(error), 0.0, 0.02)
+    alike = Scattered(nm, sampled, np.full((2000, 31), 0.25))
+    expect("a constant", np.max(np.abs(alike.at(asked)[0] - 0.25)), 0.0, 1e-14)
+    grazing = Pairs(*(directions(np.array([math.radians(85)]), np.array([phi])) for phi in (0.0, 2.0)))
+    expect("beyond all samples", alike.at(grazing)[1][0], 0, 0)
+
+
 # ------------------------------------------------------------------------------------------------ command line
 
 
@@ -1049,8 +1289,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--brdfit", help="the brdfit binary")
     parser.add_argument("--measured", nargs="+", type=Path, help="MERL tables and Cornell files, in place of formulas")
-    parser.add_argument("--tolerance", type=float, default=1.0, help="of select; 1, which is just noticeable, by default")
-    parser.add_argument("--quick", action="store_true", help="two materials, two scenes, four models, plainer lights")
+    parser.add_argument("--tolerance", type=float, default=1.0, help="of select; by default 1, just noticeable")
+    parser.add_argument("--quick", action="store_true", help="two formulas, two scenes, four models, plainer lights")
     parser.add_argument("--all", action="store_true", help="models dearer than the answer, too; print each")
     parser.add_argument("--jobs", type=int, default=2, help="cases run at the same time")
     parser.add_argument("--only", default="", help="only cases whose 'material | scene' contains this text")
@@ -1058,7 +1298,8 @@ def main() -> int:
     options = parser.parse_args()
 
     began = time.monotonic()
-    self_test()
+    for test in (self_test, self_test_tables, self_test_scattered):
+        test()
     print(f"self-test passed ({time.monotonic() - began:.1f} s)", flush=True)
     if options.self_test:
         return 0
