@@ -24,8 +24,8 @@ How to read a line
     "either" in place of "ok": a p95 is nearer to the tolerance than the margin, so both verdicts are right.
 
 What differs on purpose
-    Light: rectangles have finer cells, of a map every pixel counts (cut into four), skies are fine grids. The
-    program's are 49 to 256 points per light. Of a material with a formula, the measurement: the formula here, 40 000
+    Light: rectangles have finer cells, of a map every pixel counts (cut into four), skies are fine grids; for scattered
+    files half as fine along each side. The program's are 49 to 256 points per light. Of a material with a formula, the measurement: the formula here, 40 000
     scattered samples of it and an interpolant there; and the pixels: all that have light here, those with data around
     their directions there.
 
@@ -414,6 +414,9 @@ def ranked(values: Array, percent: int) -> float:
 class Reference:
     """What models are compared with."""
 
+    # Of the lights that it is rendered in.
+    fineness = 2
+
     def at(self, p: Pairs) -> tuple[Array, Array]:
         """f, (N, 1) or (N, channels), and whether it is known, (N,)."""
         raise NotImplementedError
@@ -543,6 +546,9 @@ class Scattered(Reference):
     pairs: Pairs
     f: Array
 
+    # A pair with all its wavelengths takes ten times as long as in a table.
+    fineness = 1
+
     def __post_init__(self):
         self.roots, self.to_rgb = np.cbrt(self.f), spectrum_to_rgb(self.wavelengths)
         errors = {reciprocal: self.foretold(reciprocal) for reciprocal in (True, False)}
@@ -559,7 +565,7 @@ class Scattered(Reference):
 
     @classmethod
     def read(cls, path: Path) -> Scattered:
-        """A Cornell file: a count, so many wavelengths, rows of theta_i phi_i theta_o phi_o in radians and f of each."""
+        """A Cornell file: a count, so many wavelengths; rows of theta_i phi_i theta_o phi_o in radians, f of each."""
         lines = path.read_text().splitlines()
         numbers = np.array([word for line in lines for word in line.split("#")[0].split()], float)
         n = int(numbers[0])
@@ -1004,11 +1010,15 @@ class Result:
     def compared(self) -> list[Compared]:
         return [one for one in (self.answer, self.cheaper, *self.others) if one]
 
+    def answered(self) -> str:
+        """The program's answer, without figures."""
+        if self.answer:
+            return f"{self.answer.model}, {self.answer.cost}"
+        return "refused" if self.refused else "none"
+
     def line(self) -> str:
         word = "FAILED" if self.faults else "either" if self.either else "ok"
-        shown = "refused" if self.refused else "none"
-        if self.answer:
-            shown = f"{self.answer.model}, {self.answer.cost}: {self.answer}"
+        shown = f"{self.answered()}: {self.answer}" if self.answer else self.answered()
         cheaper = f" | {self.cheaper.model}: {self.cheaper}" if self.cheaper else ""
         if not self.answer:
             cheaper = "".join(f" | nearest {one.model}: {one}" for one in self.others[:1])
@@ -1044,11 +1054,12 @@ def scene_path(name: str) -> Path:
     return SCENE_FOLDER / f"{name}.json"
 
 
-def set_up(name: str, settings: Settings) -> tuple[Seen, list[Lights]]:
-    """A scene's surface and lights."""
-    path = scene_path(name)
+def render_case(case: Case, settings: Settings, models: list[Brdf]) -> tuple[list[Array], Array]:
+    """As `render`."""
+    path, reference = scene_path(case.scene), case.material.reference()
     scene = json.loads(path.read_text())
-    return see(scene), place_lights(scene, path.parent, 1 if settings.quick else 2)
+    lights = place_lights(scene, path.parent, 1 if settings.quick else reference.fineness)
+    return render(see(scene), lights, reference, models)
 
 
 def run_case(settings: Settings, case: Case) -> Result:
@@ -1060,7 +1071,7 @@ def run_case(settings: Settings, case: Case) -> Result:
         verify(result, report, settings)
     except Refused:
         result.refused = True
-        _, counts = render(*set_up(case.scene, settings), case.material.reference(), [])
+        _, counts = render_case(case, settings, [])
         if counts.any():
             result.faults.append(f"refused by the program, and {counts.sum()} pixels of {len(counts)} are known here")
     except (RuntimeError, ValueError, KeyError, OSError) as error:
@@ -1084,9 +1095,7 @@ def verify(result: Result, report: dict, settings: Settings) -> None:
     models = [
         brdf(tried[k]["model"], [(q["name"], q["value"]) for q in tried[k]["parameters"]], channels) for k in indices
     ]
-    (measured, *images), counts = render(
-        *set_up(result.case.scene, settings), result.case.material.reference(), models
-    )
+    (measured, *images), counts = render_case(result.case, settings, models)
     for k, image in zip(indices, images):
         program = tried[k]["differences"]["delta_e_2000"]["p95"]
         one = Compared(tried[k]["model"], tried[k]["cost"], program, p95(measured[counts], image[counts]))
@@ -1280,7 +1289,7 @@ def matrix(results: list[Result]) -> str:
     rows = []
     for material in dict.fromkeys(result.case.material.name for result in results):
         found = [by_name.get(f"{material} | {scene}") for scene in SCENES]
-        cells = ["-" if r is None else f"{r.answer.model}, {r.answer.cost}" if r.answer else "none" for r in found]
+        cells = [result.answered() if result else "-" for result in found]
         rows.append(f"| {material} | " + " | ".join(cells) + " |")
     return "\n".join(["| | " + " | ".join(SCENES) + " |", "|---" * (len(SCENES) + 1) + "|", *rows])
 
