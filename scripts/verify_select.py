@@ -24,10 +24,10 @@ How to read a line
     "either" in place of "ok": a p95 is nearer to the tolerance than the margin, so both verdicts are right.
 
 What differs on purpose
-    Light: rectangles have finer cells, of a map every pixel counts (cut into four), skies are fine grids; for scattered
-    files half as fine along each side. The program's are 49 to 256 points per light. Of a material with a formula, the measurement: the formula here, 40 000
-    scattered samples of it and an interpolant there; and the pixels: all that have light here, those with data around
-    their directions there.
+    Light: rectangles have finer cells, of a map every pixel counts (cut into four), skies are fine grids; for
+    scattered files half as fine along each side. The program's are 49 to 256 points per light.
+    Of a material with a formula, the measurement: the formula here, 40 000 scattered samples of it and an interpolant
+    there; and the pixels: all that have light here, those with data around their directions there.
 
 What does not differ, of files
     What lies between samples, and which directions have data around them, is a rule, not a fact: docs/image.md and the
