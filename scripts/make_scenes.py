@@ -92,18 +92,18 @@ SCENES = {
     "studio-sphere": scene(
         "A ball of 10 cm between three softboxes: key from the upper left, fill from the right, rim from behind.",
         BALL,
-        camera([0, -0.6, 0.1], [0, 0, 0], 11, 96, 96),
+        camera([0, -0.6, 0.1], [0, 0, 0], 11, 64, 64),
         [
-            panel([-0.5, -0.6, 0.6], [0.18, -0.15, 0], [0.075, 0.09, 0.1375], [12, 12, 12], 100),
-            panel([0.7, -0.5, 0.1], [0.15, 0.21, 0], [0, 0, 0.25], [2, 2.1, 2.3], 49),
-            panel([0.3, 0.7, 0.4], [0.14, -0.06, 0], [0, 0, 0.2], [15, 14.5, 14], 49),
+            panel([-0.5, -0.6, 0.6], [0.18, -0.15, 0], [0.075, 0.09, 0.1375], [12, 12, 12], 225),
+            panel([0.7, -0.5, 0.1], [0.15, 0.21, 0], [0, 0, 0.25], [2, 2.1, 2.3], 100),
+            panel([0.3, 0.7, 0.4], [0.14, -0.06, 0], [0, 0, 0.2], [15, 14.5, 14], 100),
         ],
     ),
     "overcast-sky": scene(
         "A ball of 10 cm in the open on an overcast day, with light from the ground.",
         BALL,
-        camera([0, -0.6, 0.1], [0, 0, 0], 11, 96, 96),
-        [{"environment": {"exr": "overcast.exr", "scale": 1, "samples": 256}}],
+        camera([0, -0.6, 0.1], [0, 0, 0], 11, 64, 64),
+        [{"environment": {"exr": "overcast.exr", "scale": 1, "samples": 1024}}],
     ),
     "grazing-sun-floor": scene(
         "A floor of 4 m by 12 m seen 3 to 20 degrees above it, towards a sun 9 degrees above the horizon.",
@@ -116,10 +116,10 @@ SCENES = {
                 "half_height": 6,
             }
         },
-        camera([0, 0, 0.6], [0, 4, 0], 26, 128, 64),
+        camera([0, 0, 0.6], [0, 4, 0], 26, 96, 48),
         [
             {"directional": {"to_light": [0.15, 1, 0.16], "irradiance_rgb": [20, 17, 12]}},
-            {"overcast": {"zenith_radiance_rgb": [0.5, 0.7, 1.1], "samples": 64}},
+            {"overcast": {"zenith_radiance_rgb": [0.5, 0.7, 1.1], "samples": 256}},
         ],
     ),
     "interior-normal-incidence": scene(
@@ -133,8 +133,8 @@ SCENES = {
                 "half_height": 0.4,
             }
         },
-        camera([0, -2, 1.5], [0, 0, 1.5], 22, 120, 80),
-        [panel([0, -2, 2], [0.3, 0, 0], [0, 0, 0.15], [30, 28, 24], 98)],
+        camera([0, -2, 1.5], [0, 0, 1.5], 22, 72, 48),
+        [panel([0, -2, 2], [0.3, 0, 0], [0, 0, 0.15], [30, 28, 24], 200)],
     ),
 }
 

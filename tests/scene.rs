@@ -110,6 +110,26 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::max)
 }
 
+/// The pixels of the finer view are some of the view's own, and nearer to the radiance under a panel that only ever finer cells tell.
+#[test]
+fn a_finer_view_is_nearer_to_the_truth() {
+    let panel = json!({"area": {"center": [0.1, 0.2, 0.5], "half_u": [0.5, 0, 0], "half_v": [0, 0.4, 0],
+        "radiance_rgb": [1, 1, 1], "samples": 12}});
+    let mut fine = panel.clone();
+    fine["area"]["samples"] = json!(10_000);
+    let folder = Folder::new();
+    let scene = folder.read(&plane(10.0), &above(3.0, 20), &json!([panel])).unwrap();
+    let (view, finer) = (scene.view().unwrap(), scene.finer_view(50).unwrap());
+    assert_sound(&finer);
+    let truth = folder.view(&plane(10.0), &above(3.0, 20), &json!([fine]));
+    let pixels: Vec<usize> = (0..400).filter(|pixel| finer.covered[*pixel]).collect();
+    assert!(pixels.len() <= 50 && pixels.len() >= 25 && finer.samples.len() > 3 * 12 * pixels.len());
+    let [coarse, finer, truth] = [&view, &finer, &truth].map(lambert);
+    let off = |image: &[[f64; 3]]| largest(pixels.iter().map(|p| (image[*p][0] / truth[*p][0] - 1.0).abs()));
+    // The error of midpoints falls with the size of the cells squared.
+    assert!(off(&finer) < 0.4 * off(&coarse), "{} {}", off(&finer), off(&coarse));
+}
+
 #[test]
 fn a_directional_light_gives_e_cos_kd_over_pi() {
     let lights = json!([{"directional": {"to_light": [1, 2, 2], "irradiance_rgb": [5, 3, 0]}}]);

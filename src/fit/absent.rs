@@ -7,7 +7,6 @@
 
 use super::least_squares::LeastSquares;
 use super::parameters::{ParameterTable, Status};
-use super::problem::ReflectanceProblem;
 use super::termination::Solution;
 use crate::error::Error;
 use nalgebra::DVector;
@@ -15,18 +14,20 @@ use nalgebra::DVector;
 /// Every round brings back lobes that have been absent; more than so many are not seen.
 const ROUNDS: usize = 4;
 
-/// Minimises from `start`, and again where the other factor of an absent lobe's strength shows a way down.
+/// Minimises over the free parameters of `table` from `start`, and again where the other factor of an absent lobe's strength shows a way down.
 ///
 /// # Errors
 /// Those of `minimise`.
 pub(super) fn past_absent_lobes(
-    problem: &ReflectanceProblem<'_>,
+    problem: &impl LeastSquares,
+    table: &ParameterTable,
     start: DVector<f64>,
     mut minimise: impl FnMut(DVector<f64>) -> Result<Solution, Error>,
 ) -> Result<Solution, Error> {
     let mut solution = minimise(start)?;
     for _ in 0..ROUNDS {
-        let Some(start) = way_down(problem, &solution).filter(|_| solution.termination.converged()) else {
+        let Some(start) = way_down(problem, table, &solution).filter(|_| solution.termination.converged())
+        else {
             break;
         };
         let next = minimise(start)?;
@@ -44,8 +45,12 @@ pub(super) fn past_absent_lobes(
 }
 
 /// The same point with the second factor of absent products at its other end, if the first then lowers the cost.
-fn way_down(problem: &ReflectanceProblem<'_>, solution: &Solution) -> Option<DVector<f64>> {
-    let mut table = problem.table().clone();
+fn way_down(
+    problem: &impl LeastSquares,
+    table: &ParameterTable,
+    solution: &Solution,
+) -> Option<DVector<f64>> {
+    let mut table = table.clone();
     table.set_coordinates(solution.x.as_slice());
     let absent = absent_products(&table);
     if absent.is_empty() {

@@ -293,8 +293,9 @@ fn solve_amplitudes(
     let start = DVector::from_vec(problem.table().coordinates());
     // A scan needs to tell basins apart, no more.
     let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };
-    let solution =
-        past_absent_lobes(&problem, start, |start| minimise(&problem, start, tolerances, limits.clone()))?;
+    let solution = past_absent_lobes(&problem, problem.table(), start, |start| {
+        minimise(&problem, start, tolerances, limits.clone())
+    })?;
     let mut solved = problem.table().clone();
     solved.set_coordinates(solution.x.as_slice());
     let mut table = table;

@@ -3,6 +3,7 @@
 //! All loops run over rows of known length without branches, for [`pulp`] to compile them for several instruction
 //! sets; see [`crate::model::BasisBlock`].
 
+use super::formula::Sums;
 use super::loss::{LossKind, Objective};
 use super::metric::Transform;
 use super::triangle::{Triangle, dot};
@@ -33,6 +34,29 @@ pub(super) struct Scratch {
 impl Default for Scratch {
     fn default() -> Self {
         Self { columns: Vec::new(), x: Row::filled(0.0), slope: Row::filled(0.0) }
+    }
+}
+
+/// Writes the rows of a channel of one block: its derivatives, then its reflectance.
+pub(super) struct Evaluation<'a> {
+    /// Per lobe, evaluated.
+    pub(super) bases: &'a [BasisBlock],
+    pub(super) sums: &'a Sums,
+    pub(super) rows: &'a mut Vec<Row>,
+}
+
+impl WithSimd for Evaluation<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { bases, sums, rows } = self;
+        rows.resize(sums.columns().len() + 1, Row::filled(0.0));
+        let Some((reflectance, columns)) = rows.split_last_mut() else { return };
+        sum(bases, sums.reflectance(), reflectance);
+        for (column, terms) in columns.iter_mut().zip(sums.columns()) {
+            sum(bases, terms, column);
+        }
     }
 }
 

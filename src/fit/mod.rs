@@ -9,6 +9,7 @@ mod budget;
 mod coarse;
 mod coarse_to_fine;
 mod errors;
+mod formula;
 mod hold_out;
 mod judge;
 mod kernels;
@@ -19,6 +20,7 @@ mod loss;
 mod metric;
 mod observed;
 mod parameters;
+mod pixels;
 mod problem;
 mod recombine;
 mod run;
@@ -42,6 +44,7 @@ pub use metric::Metric;
 pub use parameters::{
     ParameterTable, ParameterValue, Product, Row, Selector, Setting, Settings, Status, channel_suffix,
 };
+pub(crate) use pixels::{Shown, Target, fit_image};
 pub use problem::ReflectanceProblem;
 pub use run::{Fit, Options, Progress, Quiet, evaluate, fit};
 pub use search::Start;

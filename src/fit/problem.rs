@@ -5,8 +5,9 @@
 //! columns, which go straight into a triangular factor of that channel's own few parameters. The
 //! Jacobian of the whole is never stored: what reaches the solver is one small triangle per channel.
 
-use super::kernels::{ChannelBlock, Scratch, Term, reflectance};
-use super::least_squares::{LeastSquares, Linearisation, Rows};
+use super::formula::{Formula, Layout, Sums};
+use super::kernels::{ChannelBlock, Scratch};
+use super::least_squares::{LeastSquares, Linearisation};
 use super::loss::{LossKind, Objective, robust_deviation};
 use super::observed::{BULK_OF_DATA, Observed};
 use super::parameters::ParameterTable;
@@ -14,12 +15,12 @@ use super::triangle::Triangle;
 use crate::geometry::{BLOCK, Block};
 use crate::math::count;
 use crate::measurement::Samples;
-use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, Role};
-use nalgebra::{DMatrix, DVector};
+use crate::model::{BasisBlock, Expression};
+use nalgebra::DVector;
 use pulp::Arch;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// An expression, samples, and what is minimised between them.
 pub struct ReflectanceProblem<'a> {
@@ -31,27 +32,6 @@ pub struct ReflectanceProblem<'a> {
     layouts: Vec<Layout>,
     /// Per lobe, with what was prepared for the pass before: its shapes are often this one's.
     bases: Mutex<Vec<BasisBlock>>,
-}
-
-/// Which free parameters a channel depends on, and how.
-#[derive(Default)]
-struct Layout {
-    slots: Vec<Slot>,
-    /// The free parameter of each local column.
-    columns: Vec<usize>,
-}
-
-/// One way in which a free parameter acts on a channel.
-#[derive(Clone, Copy)]
-struct Slot {
-    lobe: usize,
-    role: Role,
-    /// Which of the lobe's shapes or amplitudes.
-    index: usize,
-    /// Local column.
-    column: usize,
-    /// Row of the parameter.
-    row: usize,
 }
 
 /// What a pass over the samples gathers.
@@ -105,7 +85,7 @@ impl<'a> ReflectanceProblem<'a> {
         objective: Objective,
     ) -> Self {
         let layout =
-            |channel| if observed.counts(channel) { layout(&table, channel) } else { Layout::default() };
+            |channel| if observed.counts(channel) { Layout::new(&table, channel) } else { Layout::default() };
         let layouts = (0..observed.channels()).map(layout).collect();
         Self { expression, observed, table, objective, layouts, bases: Mutex::default() }
     }
@@ -150,8 +130,8 @@ impl<'a> ReflectanceProblem<'a> {
         typical: f64,
     ) -> Linearisation {
         let of_channel = |layout: &Layout| {
-            let mut triangle = Triangle::new(layout.columns.len());
-            triangle.append(&mut root(&layout.columns));
+            let mut triangle = Triangle::new(layout.columns().len());
+            triangle.append(&mut root(layout.columns()));
             triangle
         };
         let roots: Vec<Triangle> = self.layouts.iter().map(of_channel).collect();
@@ -163,18 +143,13 @@ impl<'a> ReflectanceProblem<'a> {
     pub fn residual_deviation(&self, x: &DVector<f64>) -> f64 {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
-        let values = self.formula_values(&table);
-        let context = Context::new(self, &table, &values, Pass::Model);
+        let context = Context::new(self, &table, Pass::Model);
         let residuals: Vec<Vec<(f64, f64)>> = self
             .stretches()
             .into_par_iter()
             .map_init(|| context.workspace(), |work, blocks| context.plain_residuals(blocks, work))
             .collect();
         robust_deviation(&mut residuals.concat())
-    }
-
-    fn formula_values(&self, table: &ParameterTable) -> Vec<Vec<(Vec<f64>, Vec<f64>)>> {
-        (0..self.observed.channels()).map(|channel| table.formula_values(channel)).collect()
     }
 
     /// The blocks in a fixed division.
@@ -199,8 +174,7 @@ impl<'a> ReflectanceProblem<'a> {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
         let table = table.off_zero();
-        let values = self.formula_values(&table);
-        let context = Context::new(self, &table, &values, kind);
+        let context = Context::new(self, &table, kind);
         let gathered: Vec<Gathered> = self
             .stretches()
             .into_par_iter()
@@ -221,67 +195,18 @@ impl<'a> ReflectanceProblem<'a> {
 
     /// The channels' triangles as blocks of rows.
     fn assemble(&self, total: &Gathered) -> Linearisation {
-        let blocks = self.layouts.iter().zip(&total.triangles).map(|(layout, triangle)| {
-            let n = layout.columns.len();
-            let entry = |row: usize, column: usize| {
-                let entries = triangle.rows().get(row);
-                let offset = column.checked_sub(row);
-                entries.zip(offset).and_then(|(e, o)| e.get(o)).copied().unwrap_or(0.0)
-            };
-            Rows {
-                columns: layout.columns.clone(),
-                jacobian: DMatrix::from_fn(n, n, entry),
-                residual: DVector::from_fn(n, |row, _| entry(row, n)),
-            }
-        });
+        let channels = self.layouts.iter().zip(&total.triangles);
+        let blocks = channels.map(|(layout, triangle)| triangle.as_rows(layout.columns()));
         Linearisation { cost: total.cost, blocks: blocks.collect() }
     }
-}
-
-fn layout(table: &ParameterTable, channel: usize) -> Layout {
-    let mut layout = Layout { slots: Vec::new(), columns: Vec::new() };
-    for lobe in 0..table.lobes().len() {
-        let mut counts = [0; 2];
-        for parameter in 0.. {
-            let Some(index) = table.place(lobe, parameter, channel) else { break };
-            let Some(row) = table.rows().get(index) else { break };
-            let role = row.spec.role;
-            let [shapes, amplitudes] = &mut counts;
-            let counter = if role == Role::Shape { shapes } else { amplitudes };
-            let position = *counter;
-            *counter += 1;
-            let source = table.source(index);
-            let Ok(free) = table.free().binary_search(&source) else { continue };
-            let column = layout.columns.iter().position(|c| *c == free).unwrap_or_else(|| {
-                layout.columns.push(free);
-                layout.columns.len() - 1
-            });
-            layout.slots.push(Slot { lobe, role, index: position, column, row: source });
-        }
-    }
-    layout
 }
 
 /// What one pass needs at every block.
 struct Context<'p, 'a> {
     problem: &'p ReflectanceProblem<'a>,
     kind: Pass<'p>,
-    /// Per channel, per lobe: shapes and amplitudes in formula units.
-    values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
-    /// Per lobe: which of its shapes are free in any channel.
-    free_shapes: Vec<Vec<bool>>,
-    /// Per lobe, prepared for the shapes of all channels.
-    bases: Vec<BasisBlock>,
-    /// Per channel.
-    sums: Vec<Sums>,
+    formula: Formula<'p>,
     arch: Arch,
-}
-
-/// The sums over rows that make a channel's reflectance and its derivatives.
-struct Sums {
-    reflectance: Vec<Term>,
-    /// Per local column: df/d coordinate.
-    columns: Vec<Vec<Term>>,
 }
 
 /// What one thread works in.
@@ -293,47 +218,20 @@ struct Workspace {
 }
 
 impl<'p, 'a> Context<'p, 'a> {
-    fn new(
-        problem: &'p ReflectanceProblem<'a>,
-        table: &ParameterTable,
-        values: &'p [Vec<(Vec<f64>, Vec<f64>)>],
-        kind: Pass<'p>,
-    ) -> Self {
-        let lobes = problem.expression.lobes();
-        let shapes_of = |lobe: usize| {
-            values.first().and_then(|lobes| lobes.get(lobe)).map_or(0, |(shapes, _)| shapes.len())
-        };
-        let mut free_shapes: Vec<Vec<bool>> =
-            (0..lobes.len()).map(|lobe| vec![false; shapes_of(lobe)]).collect();
-        for slot in problem.layouts.iter().flat_map(|layout| &layout.slots) {
-            if slot.role == Role::Shape {
-                let mark = free_shapes.get_mut(slot.lobe).and_then(|marks| marks.get_mut(slot.index));
-                mark.into_iter().for_each(|mark| *mark = true);
-            }
-        }
-        let bases = {
-            let mut bases = problem.bases.lock().unwrap_or_else(PoisonError::into_inner);
-            problem.expression.prepare(values, |lobe| derivatives(&free_shapes, lobe), &mut bases);
-            bases.clone()
-        };
-        let sums = problem.layouts.iter().zip(values).map(|(layout, values)| {
-            let amplitudes = values.iter().zip(lobes);
-            let coefficients: Vec<Coefficients> =
-                amplitudes.map(|((_, a), lobe)| lobe.model.coefficients(a)).collect();
-            Sums::new(layout, table, &coefficients)
-        });
-        Self { problem, kind, values, free_shapes, bases, sums: sums.collect(), arch: Arch::new() }
+    fn new(problem: &'p ReflectanceProblem<'a>, table: &ParameterTable, kind: Pass<'p>) -> Self {
+        let formula = Formula::new(problem.expression, table, &problem.layouts, &problem.bases);
+        Self { problem, kind, formula, arch: Arch::new() }
     }
 
     fn workspace(&self) -> Workspace {
-        Workspace { block: Block::new(), bases: self.bases.clone(), scratch: Scratch::default() }
+        Workspace { block: Block::new(), bases: self.formula.bases(), scratch: Scratch::default() }
     }
 
     /// Runs over the samples of `blocks`.
     fn gather(&self, blocks: Range<usize>, work: &mut Workspace) -> Gathered {
         let layouts = &self.problem.layouts;
         let mut result = Gathered {
-            triangles: layouts.iter().map(|layout| Triangle::new(layout.columns.len() + 1)).collect(),
+            triangles: layouts.iter().map(|layout| Triangle::new(layout.columns().len() + 1)).collect(),
             costs: vec![0.0; layouts.len()],
             cost: 0.0,
         };
@@ -341,12 +239,12 @@ impl<'p, 'a> Context<'p, 'a> {
         for index in blocks {
             let block = self.problem.observed.block(index, block);
             bases.iter_mut().for_each(BasisBlock::forget);
-            let of_channels = self.sums.iter().zip(&mut result.triangles).zip(&mut result.costs);
+            let of_channels = self.formula.sums().iter().zip(&mut result.triangles).zip(&mut result.costs);
             for (channel, ((sums, triangle), channel_cost)) in of_channels.enumerate() {
                 if !self.problem.observed.counts(channel) {
                     continue;
                 }
-                self.evaluate_all(channel, block, bases);
+                self.formula.evaluate(channel, block, bases);
                 let Some(kernel) = self.kernel(channel, index, block, bases, sums, scratch) else { continue };
                 let cost = self.arch.dispatch(kernel.compressed_into(triangle));
                 *channel_cost += cost;
@@ -371,8 +269,8 @@ impl<'p, 'a> Context<'p, 'a> {
             cos_i: block.cos_i(),
             objective: self.problem.objective,
             bases,
-            reflectance: &sums.reflectance,
-            columns: &sums.columns,
+            reflectance: sums.reflectance(),
+            columns: sums.columns(),
             scratch,
             sandwich: match self.kind {
                 Pass::Model => None,
@@ -384,13 +282,13 @@ impl<'p, 'a> Context<'p, 'a> {
     /// The residuals of all channels over the samples of `blocks`, each with its sample's weight.
     fn plain_residuals(&self, blocks: Range<usize>, work: &mut Workspace) -> Vec<(f64, f64)> {
         let observed = &self.problem.observed;
-        let mut residuals = Vec::with_capacity(blocks.len() * BLOCK * self.sums.len());
+        let mut residuals = Vec::with_capacity(blocks.len() * BLOCK * self.formula.sums().len());
         let Workspace { block, bases, scratch } = work;
         for index in blocks {
             let block = observed.block(index, block);
             bases.iter_mut().for_each(BasisBlock::forget);
-            for (channel, sums) in self.sums.iter().enumerate() {
-                self.evaluate_all(channel, block, bases);
+            for (channel, sums) in self.formula.sums().iter().enumerate() {
+                self.formula.evaluate(channel, block, bases);
                 let Some(mut kernel) = self.kernel(channel, index, block, bases, sums, scratch) else {
                     continue;
                 };
@@ -399,53 +297,6 @@ impl<'p, 'a> Context<'p, 'a> {
             }
         }
         residuals
-    }
-
-    /// The basis of every lobe for a channel; what has the same shapes as in the channel before stays.
-    fn evaluate_all(&self, channel: usize, block: &Block, bases: &mut [BasisBlock]) {
-        let Some(values) = self.values.get(channel) else { return };
-        let lobes = self.problem.expression.lobes().iter().zip(values).zip(bases);
-        for (index, ((lobe, (shapes, _)), basis)) in lobes.enumerate() {
-            lobe.model.evaluate(block, shapes, derivatives(&self.free_shapes, index), basis);
-        }
-    }
-}
-
-/// The derivatives that a fit wants of a lobe.
-fn derivatives(free_shapes: &[Vec<bool>], lobe: usize) -> Derivatives<'_> {
-    match free_shapes.get(lobe) {
-        Some(marks) if marks.contains(&true) => Derivatives::Of(marks),
-        _ => Derivatives::None,
-    }
-}
-
-impl Sums {
-    fn new(layout: &Layout, table: &ParameterTable, coefficients: &[Coefficients]) -> Self {
-        let mut columns = vec![Vec::new(); layout.columns.len()];
-        for slot in &layout.slots {
-            let (Some(column), Some(of_lobe)) = (columns.get_mut(slot.column), coefficients.get(slot.lobe))
-            else {
-                continue;
-            };
-            // d formula value/d coordinate
-            let stretch = table.rows().get(slot.row);
-            let stretch = stretch.map_or(0.0, |row| row.stretch() * row.spec.unit.factor(row.channel));
-            // df/dshape = sum_k a_k dB_k/dshape; df/damplitude = sum_k da_k/damplitude B_k
-            let (shape, factors) = match slot.role {
-                Role::Shape => (Some(slot.index), Some(&of_lobe.values)),
-                Role::Amplitude => (None, of_lobe.partials.get(slot.index)),
-            };
-            let factors = factors.map_or(&[][..], Vec::as_slice).iter().enumerate();
-            let terms = factors.filter(|(_, factor)| **factor != 0.0);
-            let lobe = slot.lobe;
-            column.extend(terms.map(|(function, factor)| Term {
-                lobe,
-                shape,
-                function,
-                factor: factor * stretch,
-            }));
-        }
-        Self { reflectance: reflectance(coefficients), columns }
     }
 }
 

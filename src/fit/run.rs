@@ -191,7 +191,7 @@ pub fn fit(
     };
     // A corrected round gains more digits than undamped steps do: none of these are wanted after it.
     let tolerances = if looks > 1 { Tolerances { refinements: 0, ..FINAL } } else { FINAL };
-    let mut solution = past_absent_lobes(&problem, start, |start| {
+    let mut solution = past_absent_lobes(&problem, problem.table(), start, |start| {
         minimise_with(options.solver, &remembered, start, tolerances, limits.clone(), options.seed)
     })?;
     // The solver counts the last look again.
@@ -309,7 +309,7 @@ impl<'a> Task<'a> {
         let problem = self.problem(samples, table, objective);
         let start = DVector::from_vec(problem.table().coordinates());
         let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
-        past_absent_lobes(&problem, start, |start| {
+        past_absent_lobes(&problem, problem.table(), start, |start| {
             minimise(&problem, start, tolerances, self.limits(iterations, None))
         })
     }

@@ -1,5 +1,8 @@
 //! Compressing a stream of Jacobian rows to a triangular factor.
 
+use super::least_squares::Rows;
+use nalgebra::{DMatrix, DVector};
+
 /// The upper triangular factor of all rows appended so far, by Householder reflections.
 ///
 /// Of a matrix with `n` columns only R with R^T R = J^T J is kept, whatever the number of rows; its
@@ -51,6 +54,20 @@ impl Triangle {
                     *value -= factor * reflected;
                 }
             }
+        }
+    }
+
+    /// The factor of a Jacobian, whose parameters `columns` names, and of the residuals behind them.
+    pub(super) fn as_rows(&self, columns: &[usize]) -> Rows {
+        let n = columns.len();
+        let entry = |row: usize, column: usize| {
+            let offset = column.checked_sub(row);
+            self.rows.get(row).zip(offset).and_then(|(e, o)| e.get(o)).copied().unwrap_or(0.0)
+        };
+        Rows {
+            columns: columns.to_vec(),
+            jacobian: DMatrix::from_fn(n, n, entry),
+            residual: DVector::from_fn(n, |row, _| entry(row, n)),
         }
     }
 

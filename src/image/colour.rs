@@ -19,10 +19,11 @@
 //! [`Route`] says which it was.
 
 use crate::math::count;
-use crate::measurement::Channel;
+use crate::measurement::{Channel, Measurement};
 use nalgebra::{Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::sync::LazyLock;
 
 /// How channels became RGB.
@@ -86,6 +87,44 @@ impl ToRgb {
     #[must_use]
     pub fn apply(&self, values: impl Iterator<Item = f64> + Clone) -> [f64; 3] {
         self.matrix.each_ref().map(|row| row.iter().zip(values.clone()).map(|(weight, f)| weight * f).sum())
+    }
+
+    /// The measurement as an image has it: red, green and blue, or a single channel that is grey.
+    #[must_use]
+    pub fn measurement<'m>(&self, measurement: &'m Measurement) -> Cow<'m, Measurement> {
+        let n = measurement.channels.len();
+        let one_each =
+            |(k, row): (usize, &Vec<f64>)| row.iter().zip(0..).all(|(w, j)| *w == f64::from(j == k));
+        if n == 1 || (n == 3 && self.matrix.iter().enumerate().all(one_each)) {
+            return Cow::Borrowed(measurement);
+        }
+        let names: &[&str] = match self.route {
+            Route::Rgb | Route::Spectrum => &["r", "g", "b"],
+            Route::Grey | Route::GreyFewWavelengths | Route::GreyInvisible => &["grey"],
+        };
+        let samples = measurement.directions.len();
+        let mixed = |rows: &[Vec<f64>], term: &dyn Fn(f64, f64) -> f64| -> Vec<Vec<f64>> {
+            let of_colour = |weights: &Vec<f64>| {
+                let mut sums = vec![0.0; samples];
+                for (weight, row) in weights.iter().zip(rows).filter(|(weight, _)| **weight != 0.0) {
+                    sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += term(*weight, *value));
+                }
+                sums
+            };
+            self.matrix.iter().take(names.len()).map(of_colour).collect()
+        };
+        // Errors of channels are taken to be independent.
+        let variances = measurement.sigma.as_ref().map(|sigma| mixed(sigma, &|w, s| (w * s) * (w * s)));
+        let root = |row: Vec<f64>| row.into_iter().map(f64::sqrt).collect();
+        Cow::Owned(Measurement {
+            channels: names.iter().map(|name| Channel::named(name)).collect(),
+            values: mixed(&measurement.values, &|w, f| w * f),
+            sigma: variances.map(|rows| rows.into_iter().map(root).collect()),
+            source: measurement.source.clone(),
+            directions: measurement.directions.clone(),
+            dropped: measurement.dropped.clone(),
+            doubts: measurement.doubts.clone(),
+        })
     }
 
     /// RGB per sample of values that stand in a row per channel, as in a measurement.
@@ -212,7 +251,11 @@ pub fn luminance(pixel: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Directions, Pair};
+    use crate::measurement::Source;
     use approx::assert_abs_diff_eq;
+    use glam::DVec3;
+    use std::collections::BTreeMap;
 
     /// The CIE 1931 functions every 10 nm from 380 nm, to four digits (CIE 15:2004, table T.4): what the fit approximates.
     const TABLE: [[f64; 41]; 3] = [
@@ -350,5 +393,48 @@ mod tests {
         assert_eq!(to.apply([3.0, 9.0, 1.0, 2.0].into_iter()), [1.0, 2.0, 3.0]);
         let to = ToRgb::new(&["600", "700", "900"].map(Channel::named));
         assert_eq!(to.apply([1.0, 3.0, 100.0].into_iter()), [2.0; 3]);
+    }
+
+    #[test]
+    fn a_measurement_is_mixed_sample_by_sample() {
+        let channels = |names: &[&str]| names.iter().map(|name| Channel::named(name)).collect::<Vec<_>>();
+        let pair = Pair { wi: DVec3::Z, wo: DVec3::Z };
+        let measured = |names: &[&str]| {
+            let row = |j: usize| vec![0.1 + 0.05 * count(j), 0.4 - 0.02 * count(j)];
+            Measurement {
+                source: Source { path: "test.csv".into(), sha256: String::new(), format: "csv" },
+                channels: channels(names),
+                directions: Directions::Scattered(vec![pair; 2]),
+                values: (0..names.len()).map(row).collect(),
+                sigma: Some((0..names.len()).map(|j| vec![0.01 * count(j + 1); 2]).collect()),
+                dropped: BTreeMap::new(),
+                doubts: Vec::new(),
+            }
+        };
+        let spectral = measured(&["450", "500", "550", "600", "650"]);
+        let to = ToRgb::new(&spectral.channels);
+        let mixed = to.measurement(&spectral);
+        assert_eq!(mixed.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["r", "g", "b"]);
+        for sample in 0..2 {
+            let rgb = to.apply(spectral.values.iter().map(|row| row[sample]));
+            for (row, expected) in mixed.values.iter().zip(rgb) {
+                assert_abs_diff_eq!(row[sample], expected, epsilon = 1e-15);
+            }
+        }
+        // Independent errors add up in squares.
+        let variance: f64 = (0..5).map(|j| (to.matrix[1][j] * 0.01 * count(j + 1)).powi(2)).sum();
+        assert_abs_diff_eq!(mixed.sigma.as_ref().unwrap()[1][0], variance.sqrt(), epsilon = 1e-15);
+
+        let swapped = measured(&["b", "g", "r"]);
+        let mixed = ToRgb::new(&swapped.channels).measurement(&swapped).into_owned();
+        assert_eq!((&mixed.values[0], &mixed.values[2]), (&swapped.values[2], &swapped.values[0]));
+        let two = measured(&["left", "right"]);
+        let grey = ToRgb::new(&two.channels).measurement(&two).into_owned();
+        assert_eq!((grey.channels.len(), grey.channels[0].name.as_str()), (1, "grey"));
+        assert_abs_diff_eq!(grey.values[0][0], 0.125, epsilon = 1e-15);
+        for names in [&["r", "g", "b"][..], &["f"]] {
+            let plain = measured(names);
+            assert!(matches!(ToRgb::new(&plain.channels).measurement(&plain), Cow::Borrowed(_)));
+        }
     }
 }

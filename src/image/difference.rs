@@ -22,7 +22,7 @@ use super::Image;
 use super::colour::{TO_XYZ, luminance, white_xyz};
 use crate::error::Error;
 use crate::math::count;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -189,14 +189,39 @@ pub(super) fn clip(value: f64) -> f64 {
 /// L*, a*, b* of linear RGB, with (1, 1, 1) as the white.
 #[must_use]
 pub fn lab(rgb: [f64; 3]) -> [f64; 3] {
-    // Linear below (6/29)^3, where the cube root would be too steep: the line continues it with the same slope.
-    let root = |t: f64| {
-        const KNEE: f64 = 6.0 / 29.0;
-        if t > KNEE * KNEE * KNEE { t.cbrt() } else { t / (3.0 * KNEE * KNEE) + 4.0 / 29.0 }
-    };
     let xyz = (*TO_XYZ * Vector3::from(rgb)).component_div(&white_xyz());
-    let [x, y, z] = <[f64; 3]>::from(xyz).map(root);
-    [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    from_roots(xyz.map(root)).into()
+}
+
+/// The same with its derivatives: a row for each of L*, a*, b*, a column for each of red, green, blue.
+pub(super) fn lab_with_slopes(rgb: [f64; 3]) -> (Vector3<f64>, Matrix3<f64>) {
+    let relative = Matrix3::from_diagonal(&white_xyz().map(f64::recip)) * *TO_XYZ;
+    let xyz = relative * Vector3::from(rgb);
+    let roots = Matrix3::from_diagonal(&xyz.map(root_slope)) * relative;
+    let columns: Vec<Vector3<f64>> = roots.column_iter().map(|slopes| from_roots(slopes.into())).collect();
+    let mut slopes = Matrix3::from_columns(&columns);
+    // A slope has no offset.
+    slopes.row_mut(0).add_scalar_mut(16.0);
+    (from_roots(xyz.map(root)), slopes)
+}
+
+/// L*, a*, b* of the roots of X, Y and Z.
+fn from_roots(roots: Vector3<f64>) -> Vector3<f64> {
+    let [x, y, z] = roots.into();
+    Vector3::new(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))
+}
+
+/// Below (6/29)^3 the cube root would be too steep: a line continues it with the same slope.
+const KNEE: f64 = 6.0 / 29.0;
+
+fn root(t: f64) -> f64 {
+    if t > KNEE * KNEE * KNEE { t.cbrt() } else { t / (3.0 * KNEE * KNEE) + 4.0 / 29.0 }
+}
+
+/// Its derivative.
+fn root_slope(t: f64) -> f64 {
+    let root = root(t).max(KNEE);
+    1.0 / (3.0 * root * root)
 }
 
 /// CIEDE2000 between two colours in L*, a*, b*, with all three parametric factors 1.

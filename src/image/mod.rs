@@ -5,12 +5,14 @@
 
 mod colour;
 mod difference;
+mod target;
 mod write;
 
 pub use colour::{Route, ToRgb, luminance};
 pub use difference::{
     DeltaE2000, Differences, absolute_difference, ciede2000, delta_e_2000, differences, exposure, lab,
 };
+pub(crate) use target::ColourTarget;
 pub use write::{exr, false_colour, png, side_by_side};
 
 use crate::error::Error;

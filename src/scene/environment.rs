@@ -35,9 +35,19 @@ struct Map {
     pixels: Vec<[f32; 3]>,
 }
 
-/// The points of light that stand for the map in the bytes of an EXR file, its values times `scale`.
-pub(super) fn lamps(bytes: &[u8], path: &Path, scale: f64, samples: u32) -> Result<Vec<Lamp>, Error> {
+/// The points of light that stand for the map in the bytes of an EXR file, its values times `scale`: so many as each of `samples`
+/// says.
+pub(super) fn lamps<const N: usize>(
+    bytes: &[u8],
+    path: &Path,
+    scale: f64,
+    samples: [u32; N],
+) -> Result<[Vec<Lamp>; N], Error> {
     let map = map(bytes, path)?;
+    Ok(samples.map(|samples| sampled(&map, scale, samples)))
+}
+
+fn sampled(map: &Map, scale: f64, samples: u32) -> Vec<Lamp> {
     let rows = map.pixels.len() / map.width;
     let edge = |row: usize| (PI * count(row) / count(rows)).cos();
     let solid_angle = |row: usize| TAU / count(map.width) * (edge(row) - edge(row + 1));
@@ -51,7 +61,7 @@ pub(super) fn lamps(bytes: &[u8], path: &Path, scale: f64, samples: u32) -> Resu
     let mut lamps = Vec::new();
     // The lattice's first coordinate ascends, and the rows are walked along with it.
     let (mut row, mut below) = (0, 0.0);
-    let mut columns = cumulative(&map, row);
+    let mut columns = cumulative(map, row);
     for (u, v) in lattice(samples) {
         let wanted = u * total;
         while let Some(here) = power.get(row).filter(|here| row + 1 < rows && below + **here <= wanted) {
@@ -60,7 +70,7 @@ pub(super) fn lamps(bytes: &[u8], path: &Path, scale: f64, samples: u32) -> Resu
             columns.clear();
         }
         if columns.is_empty() {
-            columns = cumulative(&map, row);
+            columns = cumulative(map, row);
         }
         let of_row = columns.last().copied().unwrap_or(0.0);
         let column = columns.partition_point(|sum| *sum <= v * of_row);
@@ -81,7 +91,7 @@ pub(super) fn lamps(bytes: &[u8], path: &Path, scale: f64, samples: u32) -> Resu
             irradiance: DVec3::from_array(pixel.map(f64::from)) * share,
         });
     }
-    Ok(lamps)
+    lamps
 }
 
 fn mean(pixel: &[f32; 3]) -> f64 {

@@ -42,6 +42,9 @@ pub const MOST_LIGHT_SAMPLES: u32 = 1 << 16;
 /// The most samples of a view: pixels that see the surface times points of light. 320 MiB of them.
 pub const MOST_SAMPLES: usize = 1 << 22;
 
+/// How many times as many points of light [`Scene::finer_view`] has.
+pub const FINER: u32 = 4;
+
 /// A surface, a camera and lights, read and checked.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -49,6 +52,8 @@ pub struct Scene {
     camera: Camera,
     surface: Surface,
     lamps: Vec<Lamp>,
+    /// The same lights as [`FINER`] times as many points.
+    finer_lamps: Vec<Lamp>,
 }
 
 impl Scene {
@@ -78,7 +83,17 @@ impl Scene {
     /// [`Error::Malformed`] if no pixel sees the surface, if no light reaches what they see, or if that takes more than
     /// [`MOST_SAMPLES`] samples.
     pub fn view(&self) -> Result<View, Error> {
-        view::of(self)
+        view::of(self, &self.lamps, usize::MAX)
+    }
+
+    /// What some of its pixels, at most `pixels` and evenly from their order, see of lights that are [`FINER`] times as many points: what
+    /// tells whether there are enough of them. Fewer pixels if that took more than a quarter of [`MOST_SAMPLES`].
+    ///
+    /// # Errors
+    /// As for [`Self::view`].
+    pub fn finer_view(&self, pixels: usize) -> Result<View, Error> {
+        let most = MOST_SAMPLES / 4 / self.finer_lamps.len().max(1);
+        view::of(self, &self.finer_lamps, pixels.min(most.max(1)))
     }
 
     fn wrong(&self, expected: impl Into<String>, found: impl Into<String>) -> Error {

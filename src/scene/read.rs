@@ -6,7 +6,7 @@ use super::camera::Camera;
 use super::frame::Frame;
 use super::lights::{self, Lamp};
 use super::surface::{Cylinder, Plane, Sphere, Surface};
-use super::{LARGEST_SIDE, MOST_LIGHT_SAMPLES, SCHEMA, Scene, environment, obj};
+use super::{FINER, LARGEST_SIDE, MOST_LIGHT_SAMPLES, SCHEMA, Scene, environment, obj};
 use crate::error::{Error, Place, excerpt};
 use glam::DVec3;
 use schemars::{JsonSchema, Schema};
@@ -266,7 +266,7 @@ pub(super) fn scene(path: &Path) -> Result<Scene, Error> {
         return Err(file.wrong("at least one light in lights", "none"));
     }
     let surface = file.surface(&fields.surface)?;
-    let mut lamps = Vec::new();
+    let (mut lamps, mut finer_lamps) = (Vec::new(), Vec::new());
     let mut samples = 0_u32;
     for (index, light) in fields.lights.iter().enumerate() {
         let light = NamedLight { file: &file, index, light };
@@ -275,9 +275,11 @@ pub(super) fn scene(path: &Path) -> Result<Scene, Error> {
             let found = format!("{samples} or more up to lights[{index}]");
             return Err(file.wrong(format!("at most {MOST_LIGHT_SAMPLES} samples of all lights"), found));
         }
-        lamps.extend(light.lamps()?);
+        let [as_asked, finer] = light.lamps([1, FINER])?;
+        lamps.extend(as_asked);
+        finer_lamps.extend(finer);
     }
-    Ok(Scene { path: path.to_owned(), camera, surface, lamps })
+    Ok(Scene { path: path.to_owned(), camera, surface, lamps, finer_lamps })
 }
 
 /// The bytes of a file, unless there are more than `most`.
@@ -465,19 +467,22 @@ impl NamedLight<'_> {
         Ok(samples)
     }
 
-    fn lamps(&self) -> Result<Vec<Lamp>, Error> {
+    /// The points of light, as many times as many as are asked for as each of `times` says.
+    fn lamps(&self, times: [u32; 2]) -> Result<[Vec<Lamp>; 2], Error> {
         let file = self.file;
+        let counts = |samples: u32| times.map(|times| samples.saturating_mul(times));
+        let one = |lamp: Lamp| [vec![lamp], vec![lamp]];
         let light = |field: &str, value| file.light(&self.name(field), value);
         let point = |field: &str, value| file.point(&self.name(field), value);
         Ok(match self.light {
-            LightFields::Directional(fields) => vec![Lamp::Far {
+            LightFields::Directional(fields) => one(Lamp::Far {
                 to_light: file.direction(&self.name("to_light"), fields.to_light)?,
                 irradiance: light("irradiance_rgb", fields.irradiance_rgb)?,
-            }],
-            LightFields::Point(fields) => vec![Lamp::Point {
+            }),
+            LightFields::Point(fields) => one(Lamp::Point {
                 position: point("position", fields.position)?,
                 intensity: light("intensity_rgb", fields.intensity_rgb)?,
-            }],
+            }),
             LightFields::Area(fields) => {
                 let center = point("center", fields.center)?;
                 let u = point("half_u", fields.half_u)?;
@@ -489,18 +494,21 @@ impl NamedLight<'_> {
                     let expected = format!("a right angle between {} and half_v", self.name("half_u"));
                     return Err(file.wrong(expected, format!("{:.4} deg", cosine.acos().to_degrees())));
                 }
-                lights::panel(center, u, v, light("radiance_rgb", fields.radiance_rgb)?, fields.samples)
+                let radiance = light("radiance_rgb", fields.radiance_rgb)?;
+                counts(fields.samples).map(|samples| lights::panel(center, u, v, radiance, samples))
             }
             LightFields::Environment(fields) => {
                 let scale = file.number(&self.name("scale"), fields.scale, [1e-12, BRIGHTEST], "")?;
                 let (bytes, path) = file.named(&self.name("exr"), &fields.exr, environment::MOST_BYTES)?;
-                environment::lamps(&bytes, &path, scale, fields.samples)?
+                environment::lamps(&bytes, &path, scale, counts(fields.samples))?
             }
             LightFields::Uniform(fields) => {
-                lights::uniform(light("radiance_rgb", fields.radiance_rgb)?, fields.samples)
+                let radiance = light("radiance_rgb", fields.radiance_rgb)?;
+                counts(fields.samples).map(|samples| lights::uniform(radiance, samples))
             }
             LightFields::Overcast(fields) => {
-                lights::overcast(light("zenith_radiance_rgb", fields.zenith_radiance_rgb)?, fields.samples)
+                let zenith = light("zenith_radiance_rgb", fields.zenith_radiance_rgb)?;
+                counts(fields.samples).map(|samples| lights::overcast(zenith, samples))
             }
         })
     }

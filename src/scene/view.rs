@@ -1,6 +1,7 @@
 //! What the pixels of a scene see.
 
 use super::frame::Hit;
+use super::lights::Lamp;
 use super::{MOST_SAMPLES, Scene};
 use crate::error::Error;
 use crate::geometry::{Directions, Pair};
@@ -55,19 +56,26 @@ impl View {
     }
 }
 
-/// What the pixels of `scene` see.
-pub(super) fn of(scene: &Scene) -> Result<View, Error> {
+/// What the pixels of `scene` see of `lamps`; if more than `most` see the surface, so many of them.
+pub(super) fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
     let (width, height) = scene.size();
     let hit = |pixel: u32| scene.surface.hit(&scene.camera.ray(pixel % width, pixel / width));
     // The points themselves are found again below: kept, those of a large image would be gigabytes.
-    let covered: Vec<bool> = (0..width * height).into_par_iter().map(|pixel| hit(pixel).is_some()).collect();
+    let mut covered: Vec<bool> =
+        (0..width * height).into_par_iter().map(|pixel| hit(pixel).is_some()).collect();
     let pixels: Vec<u32> = (0..).zip(&covered).filter_map(|(pixel, seen)| seen.then_some(pixel)).collect();
-    let seeing = pixels.len();
-    if seeing == 0 {
+    if pixels.is_empty() {
         return Err(scene.wrong("a camera that sees the outside of the surface", "no pixel that does"));
     }
-    let lamps = scene.lamps.len();
-    if seeing.saturating_mul(lamps) > MOST_SAMPLES {
+    let pixels: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(most.max(1))).collect();
+    let place = |pixel: &u32| usize::try_from(*pixel).unwrap_or(usize::MAX);
+    covered.fill(false);
+    for pixel in &pixels {
+        covered.get_mut(place(pixel)).into_iter().for_each(|covered| *covered = true);
+    }
+    let seeing = pixels.len();
+    if seeing.saturating_mul(lamps.len()) > MOST_SAMPLES {
+        let lamps = lamps.len();
         let found = format!(
             "{seeing} pixels times {lamps} points of light: less width and height, or fewer samples of the lights, will do"
         );
@@ -77,10 +85,10 @@ pub(super) fn of(scene: &Scene) -> Result<View, Error> {
     let pieces: Vec<Vec<Seen>> = pixels
         .par_chunks(64)
         .map(|pixels| {
-            let mut samples = Vec::with_capacity(pixels.len() * lamps / 2);
+            let mut samples = Vec::with_capacity(pixels.len() * lamps.len() / 2);
             for &pixel in pixels {
                 if let Some(hit) = hit(pixel) {
-                    look(scene, pixel, &hit, &mut samples);
+                    look(scene, lamps, pixel, &hit, &mut samples);
                 }
             }
             samples
@@ -95,13 +103,13 @@ pub(super) fn of(scene: &Scene) -> Result<View, Error> {
 }
 
 /// Adds what one pixel sees.
-fn look(scene: &Scene, pixel: u32, hit: &Hit, samples: &mut Vec<Seen>) {
+fn look(scene: &Scene, lamps: &[Lamp], pixel: u32, hit: &Hit, samples: &mut Vec<Seen>) {
     let wo = hit.frame.local((scene.camera.position - hit.point).normalize());
     // At the rim of a mesh a facet may be seen whose shading normal looks away.
     if wo.z <= 0.0 {
         return;
     }
-    for lamp in &scene.lamps {
+    for lamp in lamps {
         let Some((to_light, distance, irradiance)) = lamp.at(hit.point) else { continue };
         let cosine = hit.frame.normal().dot(to_light);
         if cosine <= 0.0 || scene.surface.hides(hit, to_light, distance) {

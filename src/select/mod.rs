@@ -4,26 +4,28 @@
 //! drawn in proportion to how much they matter to the image; every model of the ladder is fitted to the measurement there, and the
 //! image that it makes is compared with the one that the measurement itself makes. docs/select.md describes it, and the JSON form field by field.
 
+mod importance;
 mod seen;
+mod studio;
+mod target;
 mod text;
 
 pub use seen::SeenMap;
 pub use text::table;
 
 use crate::error::Error;
-use crate::fit::{Options, ParameterValue, Progress, Quiet, fit};
-use crate::geometry::{Directions, Pair};
-use crate::image::{Differences, Image, Route, ToRgb, differences, luminance};
-use crate::math::count;
+use crate::fit::{Metric, Options, ParameterTable, ParameterValue, Progress, Quiet, Shown, fit, fit_image};
+use crate::image::{Differences, Image, Route, ToRgb};
 use crate::measurement::interpolant::{Interpolant, LeaveOut, LeftOut};
 use crate::measurement::{Filters, Measurement, Weighting};
 use crate::model::Expression;
-use crate::scene::{Scene, View};
-use crate::tradeoff::{Candidate, counted, in_single_precision};
+use crate::scene::Scene;
+use crate::tradeoff::Candidate;
 use serde::Serialize;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::sync::Arc;
+use studio::{Precision, Studio, Values};
+use target::Target;
 
 /// Name of the schema.
 pub const SCHEMA: &str = "brdfit.select/1";
@@ -31,6 +33,8 @@ pub const SCHEMA: &str = "brdfit.select/1";
 pub const JUST_NOTICEABLE: f64 = 1.0;
 /// Pairs of directions that models are fitted to.
 pub const DRAWN: usize = 20_000;
+/// Pixels that are looked at again in finer light, at most.
+pub const FINER_PIXELS: usize = 1000;
 /// A pixel counts if at least this share of its light comes along directions with data around them.
 pub const COVERED_SHARE: f64 = 0.5;
 
@@ -90,6 +94,8 @@ pub struct SceneRecord {
     pub object_pixels: usize,
     /// Of those, pixels that are compared: at least half of their light comes along directions with data around them.
     pub compared_pixels: usize,
+    /// Pixels that are compared once more with four times as many points of light.
+    pub finer_pixels: usize,
     /// Pairs of directions.
     pub pairs: usize,
     /// Share of all light at pixels of the object that comes along directions with data around them.
@@ -111,10 +117,22 @@ pub struct Tried {
     pub parameters: Vec<ParameterValue>,
     /// How far its image is from the measured one.
     pub differences: Differences,
-    /// Whether the fit is usable and the image within the tolerance.
+    /// The same with four times as many points of light, over `finer_pixels` of the scene; null where none of those has data
+    /// around it.
+    pub finer_light: Option<Differences>,
+    /// Whether the fit is usable and both images within the tolerance.
     pub passes: bool,
-    /// Whether the fit is usable.
+    /// Whether the fit is usable; one to the image is.
     pub usable: bool,
+}
+
+impl Tried {
+    /// The 95th percentile of CIEDE2000, in the light of the scene or in finer light, whichever is more.
+    #[must_use]
+    pub fn p95(&self) -> f64 {
+        let finer = self.finer_light.map_or(0.0, |finer| finer.delta_e_2000.p95);
+        finer.max(self.differences.delta_e_2000.p95)
+    }
 }
 
 /// What to choose from and how.
@@ -165,42 +183,39 @@ pub fn select(
 ) -> Result<Outcome, Error> {
     let tolerance = checked_tolerance(request.tolerance)?;
     progress.stage("looking");
-    let view = scene.view()?;
-    let pairs: Vec<Pair> = view.samples.iter().map(|seen| seen.pair).collect();
-    let interpolant = Interpolant::new(measurement);
-    let there = interpolant.at(&pairs);
-    let known = known(&pairs, &there.covered, request.options.filters.max_theta_deg);
     let colour = ToRgb::new(&measurement.channels);
-    let studio =
-        Studio { view: &view, pairs: &pairs, directions: view.directions(), known: &known, colour: &colour };
-    let measured = studio.image(&there.values)?;
-    let importance = Importance::new(&view, &known);
-    let compared = importance.compared(&view);
-    if !compared.contains(&true) {
+    let coloured = colour.measurement(measurement);
+    let interpolant = Interpolant::new(&coloured);
+    let max_theta_deg = request.options.filters.max_theta_deg;
+    let studio = Studio::new(scene.view()?, &interpolant, max_theta_deg)?;
+    if !studio.compared.contains(&true) {
         return Err(Error::Usage(format!(
             "{}: expected a scene that shows directions of the measurement, found none of {} that has data around it",
             scene.path().display(),
-            view.samples.len()
+            studio.view.samples.len()
         )));
     }
-    let fits = match request.options.filters.weighting {
-        Some(weighting) => Fits {
-            data: Cow::Borrowed(measurement),
-            filters: request.options.filters.clone(),
-            weights: weighting.name(),
-        },
-        None => {
-            let drawn = importance.draw(measurement, &view, &there.values, &known, request.options);
-            let data = drawn.ok_or_else(|| {
-                Error::Usage(format!(
-                    "{}: expected directions within --max-theta, found none",
-                    scene.path().display()
-                ))
-            })?;
-            let uniform = Some(Weighting::Uniform);
-            let filters = Filters { samples: None, weighting: uniform, ..request.options.filters.clone() };
-            Fits { data: Cow::Owned(data), filters, weights: "scene" }
-        }
+    let finer = Studio::new(scene.finer_view(FINER_PIXELS)?, &interpolant, max_theta_deg)?;
+    let Options { filters, metric, .. } = request.options;
+    let own = FitTo { data: Cow::Borrowed(&*coloured), filters: filters.clone(), metric: *metric };
+    let fits = if filters.weighting.is_some() {
+        Fits { searched: vec![own], shown: None }
+    } else {
+        let drawn =
+            studio.importance.draw(&coloured, &studio.view, &studio.values, &studio.known, request.options);
+        let data = drawn.ok_or_else(|| {
+            Error::Usage(format!(
+                "{}: expected directions within --max-theta, found none",
+                scene.path().display()
+            ))
+        })?;
+        let uniform = Some(Weighting::Uniform);
+        let filters = Filters { samples: None, weighting: uniform, ..filters.clone() };
+        let drawn = FitTo { data: Cow::Owned(data), filters, metric: *metric };
+        // Where a needle is all that counts there are many minima; cube roots see the rest, too.
+        let rest = (*metric != Metric::Cbrt).then(|| FitTo { metric: Metric::Cbrt, ..drawn.clone() });
+        let searched = [Some(drawn), Some(own), rest].into_iter().flatten().collect();
+        Fits { searched, shown: Some(studio.shown(*metric)?) }
     };
 
     let candidates = Candidate::all(request.expressions)?;
@@ -209,7 +224,7 @@ pub fn select(
     for (index, candidate) in candidates.iter().enumerate() {
         let name = candidate.expression.canonical();
         progress.stage(&format!("model {} of {}: {name}", index + 1, candidates.len()));
-        match studio.try_model(candidate, &fits, request, (&measured, &compared)) {
+        match try_model(candidate, &fits, request, [&studio, &finer]) {
             Ok(both) => shown.extend(both),
             // A model with more parameters than there is to fit, for one: the others may do.
             Err(error) => failure = Some(error),
@@ -218,9 +233,7 @@ pub fn select(
     // Stable: of the same cost and precision, the first of the ladder.
     shown.sort_by_key(|(tried, _)| (tried.cost, tried.precision != "f32"));
     let answer = shown.iter().position(|(tried, _)| tried.passes);
-    let best = shown.iter().enumerate().min_by(|(_, (a, _)), (_, (b, _))| {
-        a.differences.delta_e_2000.p95.total_cmp(&b.differences.delta_e_2000.p95)
-    });
+    let best = shown.iter().enumerate().min_by(|(_, (a, _)), (_, (b, _))| a.p95().total_cmp(&b.p95()));
     let Some(displayed) = answer.or(best.map(|(index, _)| index)) else {
         return Err(failure.unwrap_or_else(|| Error::Usage("expected a model, found none".to_owned())));
     };
@@ -229,7 +242,7 @@ pub fn select(
         shown.iter().take(answer).rposition(|(tried, _)| !tried.passes && tried.cost < cost)
     });
     let (tried, images): (Vec<Tried>, Vec<Image>) = shown.into_iter().unzip();
-    let fitted = images.into_iter().nth(displayed).unwrap_or_else(|| measured.clone());
+    let fitted = images.into_iter().nth(displayed).unwrap_or_else(|| studio.measured.clone());
     let selected = Selected {
         schema: SCHEMA,
         version: env!("CARGO_PKG_VERSION"),
@@ -242,189 +255,102 @@ pub fn select(
         },
         scene: SceneRecord {
             path: scene.path().display().to_string(),
-            width: view.width,
-            height: view.height,
-            object_pixels: view.covered.iter().filter(|covered| **covered).count(),
-            compared_pixels: compared.iter().filter(|compared| **compared).count(),
-            pairs: view.samples.len(),
-            covered_light: importance.covered_light(),
+            width: studio.view.width,
+            height: studio.view.height,
+            object_pixels: trues(&studio.view.covered),
+            compared_pixels: trues(&studio.compared),
+            finer_pixels: trues(&finer.compared),
+            pairs: studio.view.samples.len(),
+            covered_light: studio.importance.covered_light(),
         },
         metric: request.options.metric.name(),
-        weights: fits.weights,
+        weights: request.options.filters.weighting.map_or("scene", Weighting::name),
         tolerance,
         answer,
         next_cheaper,
         tried,
-        seen: SeenMap::new(&view, measurement),
+        seen: SeenMap::new(&studio.view, measurement),
     };
-    Ok(Outcome { selected, measured, fitted, compared })
+    Ok(Outcome { selected, measured: studio.measured, fitted, compared: studio.compared })
 }
 
-/// Which pairs have data around them and lie within the largest angles.
-fn known(pairs: &[Pair], covered: &[bool], max_theta_deg: f64) -> Vec<bool> {
-    let least_cosine = max_theta_deg.to_radians().cos();
-    let within = |pair: &Pair| pair.wi.z >= least_cosine && pair.wo.z >= least_cosine;
-    pairs.iter().zip(covered).map(|(pair, covered)| *covered && within(pair)).collect()
+fn trues(mask: &[bool]) -> usize {
+    mask.iter().filter(|is| **is).count()
+}
+
+/// Samples that models are fitted to.
+#[derive(Clone)]
+struct FitTo<'a> {
+    data: Cow<'a, Measurement>,
+    filters: Filters,
+    metric: Metric,
 }
 
 /// What models are fitted to.
 struct Fits<'a> {
-    data: Cow<'a, Measurement>,
-    filters: Filters,
-    /// How its samples came to count as they do.
-    weights: &'static str,
+    /// Each on its own.
+    searched: Vec<FitTo<'a>>,
+    /// The image that the best of those is then fitted to, if it is the scene that counts.
+    shown: Option<Shown<Target>>,
 }
 
-/// What turns values of a BRDF into an image.
-struct Studio<'a> {
-    view: &'a View,
-    /// Of the view's samples, once more as `directions`.
-    pairs: &'a [Pair],
-    directions: Directions,
-    /// Whether the measurement has something to say there.
-    known: &'a [bool],
-    colour: &'a ToRgb,
-}
-
-impl Studio<'_> {
-    /// The image that values per channel and pair make.
-    fn image(&self, values: &[Vec<f64>]) -> Result<Image, Error> {
-        // What nobody has measured is left out of every image, so that none is wrong there.
-        let mut rgb = self.colour.rows(values);
-        for (rgb, known) in rgb.iter_mut().zip(self.known) {
-            if !known {
-                *rgb = [0.0; 3];
-            }
-        }
-        let row = |k: usize| rgb.iter().map(|rgb| rgb.get(k).copied().unwrap_or(0.0)).collect::<Vec<f64>>();
-        let (r, g, b) = (row(0), row(1), row(2));
-        let side = |n: u32| usize::try_from(n).unwrap_or(0);
-        Image::new(side(self.view.width), side(self.view.height), self.view.image([&r, &g, &b]))
-    }
-
-    /// Fits a model and compares its images in both precisions.
-    fn try_model(
-        &self,
-        candidate: &Candidate,
-        fits: &Fits<'_>,
-        request: &Request<'_>,
-        (measured, compared): (&Image, &[bool]),
-    ) -> Result<[(Tried, Image); 2], Error> {
-        let options = Options { filters: fits.filters.clone(), ..candidate.options(request.options)? };
+impl Fits<'_> {
+    /// The parameters of a model, and whether they are usable.
+    fn fit(&self, candidate: &Candidate, request: &Request<'_>) -> Result<(ParameterTable, bool), Error> {
         let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
-        let fitted = fit(&fits.data, &candidate.expression, &options, &quiet)?;
-        let channels = fits.data.channels.len();
-        let values: Vec<_> = (0..channels).map(|channel| fitted.table.formula_values(channel)).collect();
-        let pairs = self.pairs;
-        let cost =
-            values.first().map_or(0, |first| counted(&candidate.expression, first, pairs).0.weighted());
-        let usable = fitted.unusable.is_none();
-        let tried = |precision: &'static str, rows: &[Vec<f64>]| -> Result<(Tried, Image), Error> {
-            let image = self.image(rows)?;
-            let differences = differences(measured, &image, compared)?;
-            let tried = Tried {
-                model: candidate.expression.canonical(),
-                free: candidate.free.to_vec(),
-                precision,
-                cost,
-                parameters: fitted.table.parameter_values(),
-                passes: usable && differences.delta_e_2000.p95 <= request.tolerance,
-                differences,
-                usable,
-            };
-            Ok((tried, image))
-        };
-        let double = candidate.expression.values(&self.directions, &values);
-        let single: Vec<Vec<f64>> =
-            values.iter().map(|values| in_single_precision(&candidate.expression, values, pairs)).collect();
-        Ok([tried("f32", &single)?, tried("f64", &double)?])
-    }
-}
-
-/// How much the pairs of a view matter to its image.
-struct Importance {
-    /// Luminance of the light that each pair carries.
-    light: Vec<f64>,
-    /// The sum over the pairs of each pixel, and of those with data around them.
-    by_pixel: Vec<[f64; 2]>,
-}
-
-impl Importance {
-    fn new(view: &View, known: &[bool]) -> Self {
-        let light: Vec<f64> = view.samples.iter().map(|seen| luminance(seen.weight)).collect();
-        let mut by_pixel = vec![[0.0; 2]; view.covered.len()];
-        for ((seen, light), known) in view.samples.iter().zip(&light).zip(known) {
-            let place = usize::try_from(seen.pixel).ok().and_then(|pixel| by_pixel.get_mut(pixel));
-            if let Some([all, with_data]) = place {
-                *all += light;
-                *with_data += if *known { *light } else { 0.0 };
+        let options = candidate.options(request.options)?;
+        let mut found = Vec::new();
+        let mut failure = None;
+        for FitTo { data, filters, metric } in &self.searched {
+            let options = Options { filters: filters.clone(), metric: *metric, ..options.clone() };
+            match fit(data, &candidate.expression, &options, &quiet) {
+                Ok(fitted) => found.push((fitted.table, fitted.unusable.is_none())),
+                Err(error) => failure = Some(error),
             }
         }
-        Self { light, by_pixel }
-    }
-
-    /// Pixels that count.
-    fn compared(&self, view: &View) -> Vec<bool> {
-        let lit = self.by_pixel.iter().zip(&view.covered);
-        lit.map(|([all, with_data], object)| *object && *all > 0.0 && *with_data >= COVERED_SHARE * all)
-            .collect()
-    }
-
-    fn covered_light(&self) -> f64 {
-        let sums = self.by_pixel.iter().fold([0.0; 2], |[a, b], [all, with_data]| [a + all, b + with_data]);
-        if sums[0] > 0.0 { sums[1] / sums[0] } else { 0.0 }
-    }
-
-    /// The measurement at pairs of the view, drawn in proportion to what an error there does to the image; none if no pair is
-    /// known.
-    ///
-    /// An error d of f at a pair with weight w changes its pixel by w d, and the pairs of a pixel err alike, so
-    /// the pixel's squared error is at most W sum(w d^2), W their sum (Cauchy and Schwarz). Fits compare x = f cos(theta_i):
-    /// a pair counts W w/cos(theta_i)^2.
-    fn draw(
-        &self,
-        measurement: &Measurement,
-        view: &View,
-        values: &[Vec<f64>],
-        known: &[bool],
-        options: &Options,
-    ) -> Option<Measurement> {
-        let mut sum = 0.0;
-        let running: Vec<f64> = view
-            .samples
-            .iter()
-            .zip(&self.light)
-            .zip(known)
-            .map(|((seen, light), known)| {
-                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| self.by_pixel.get(pixel));
-                let [of_pixel, _] = pixel.copied().unwrap_or_default();
-                let cosine = seen.pair.wi.z;
-                if *known && cosine > 0.0 {
-                    sum += of_pixel * light / (cosine * cosine);
-                }
-                sum
-            })
-            .collect();
-        if !(sum > 0.0 && sum.is_finite()) {
-            return None;
+        if let Some(shown) = &self.shown {
+            let starts: Vec<&ParameterTable> = found.iter().map(|(table, _)| table).collect();
+            if let Some(table) = fit_image(&candidate.expression, shown, &starts, &options)? {
+                // Wherever it started: what it is worth is seen in the image.
+                return Ok((table, true));
+            }
         }
-        // One from each of as many equal stretches of the sum, at its middle: no chance is left.
-        let wanted = options.filters.samples.unwrap_or(DRAWN);
-        let chosen: Vec<usize> = (0..wanted)
-            .map(|k| {
-                let at = (count(k) + 0.5) / count(wanted) * sum;
-                running.partition_point(|running| *running <= at).min(running.len().saturating_sub(1))
-            })
-            .collect();
-        let pick = |row: &Vec<f64>| chosen.iter().filter_map(|index| row.get(*index).copied()).collect();
-        Some(Measurement {
-            directions: view.directions().select(&chosen),
-            values: values.iter().map(pick).collect(),
-            sigma: None,
-            dropped: BTreeMap::new(),
-            doubts: Vec::new(),
-            source: measurement.source.clone(),
-            channels: measurement.channels.clone(),
+        found.into_iter().next().ok_or_else(|| {
+            failure.unwrap_or_else(|| Error::Usage("expected samples to fit to, found none".to_owned()))
         })
     }
+}
+
+/// Fits a model, and looks at it in both precisions, in the light of the scene and in finer light.
+fn try_model(
+    candidate: &Candidate,
+    fits: &Fits<'_>,
+    request: &Request<'_>,
+    [studio, finer]: [&Studio; 2],
+) -> Result<[(Tried, Image); 2], Error> {
+    let expression = &candidate.expression;
+    let (table, usable) = fits.fit(candidate, request)?;
+    let values: Values = (0..table.channels().len()).map(|channel| table.formula_values(channel)).collect();
+    let tried = |precision: Precision| -> Result<(Tried, Image), Error> {
+        let (image, differences) = studio.look(expression, &values, precision)?;
+        let finer = match finer.compared.contains(&true) {
+            true => Some(finer.look(expression, &values, precision)?.1),
+            false => None,
+        };
+        let mut tried = Tried {
+            model: expression.canonical(),
+            free: candidate.free.to_vec(),
+            precision: precision.name(),
+            cost: studio.cost(expression, &values),
+            parameters: table.parameter_values(),
+            passes: false,
+            differences,
+            finer_light: finer,
+            usable,
+        };
+        tried.passes = usable && tried.p95() <= request.tolerance;
+        Ok((tried, image))
+    };
+    let (single, double) = rayon::join(|| tried(Precision::Single), || tried(Precision::Double));
+    Ok([single?, double?])
 }

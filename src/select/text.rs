@@ -41,8 +41,8 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
     )?;
     writeln!(
         text,
-        "{:<2}{:>6} {:>5} {:>9} {:>9} {:>9}  model",
-        "", "cost", "", "dE00 p95", "rel. RMSE", "PSNR, dB"
+        "{:<2}{:>6} {:>5} {:>9} {:>9} {:>9} {:>9}  model",
+        "", "cost", "", "dE00 p95", "finer", "rel. RMSE", "PSNR, dB"
     )?;
     for (index, tried) in found.tried.iter().enumerate() {
         // Rounding hardly ever shows: then one line does for both precisions.
@@ -52,11 +52,11 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
             continue;
         }
         let precision = if twin.is_some() { "both" } else { tried.precision };
-        let [delta_e, rmse, psnr] = numbers(tried);
+        let [delta_e, finer, rmse, psnr] = numbers(tried);
         let mark = if found.answer == Some(index) { "*" } else { "" };
         writeln!(
             text,
-            "{mark:<2}{:>6} {precision:>5} {delta_e:>9} {rmse:>9} {psnr:>9}  {}",
+            "{mark:<2}{:>6} {precision:>5} {delta_e:>9} {finer:>9} {rmse:>9} {psnr:>9}  {}",
             tried.cost,
             name(tried)
         )?;
@@ -69,7 +69,7 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
                 "\nthe scene needs {} in {}: 95 % of the pixels within {:.3} of the measured ones (CIEDE2000; tolerance {})",
                 name(answer),
                 answer.precision,
-                answer.differences.delta_e_2000.p95,
+                answer.p95(),
                 found.tolerance
             )?;
             for p in &answer.parameters {
@@ -80,24 +80,20 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
         None => writeln!(text, "\nno model is within the tolerance of {}", found.tolerance)?,
     }
     if let Some(cheaper) = tried(found.next_cheaper) {
-        let p95 = cheaper.differences.delta_e_2000.p95;
-        writeln!(
-            text,
-            "the next cheaper, {} in {}, fails by {:.3}",
-            name(cheaper),
-            cheaper.precision,
-            p95 - found.tolerance
-        )?;
+        let by = cheaper.p95() - found.tolerance;
+        let how = if by > 0.0 { format!("fails by {by:.3}") } else { "has no usable fit".to_owned() };
+        writeln!(text, "the next cheaper, {} in {}, {how}", name(cheaper), cheaper.precision)?;
     }
     Ok(())
 }
 
 /// The differences as they are printed.
-fn numbers(tried: &Tried) -> [String; 3] {
+fn numbers(tried: &Tried) -> [String; 4] {
     let differences = &tried.differences;
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
     [
         format!("{:.3}", differences.delta_e_2000.p95),
+        or_dash(tried.finer_light.map(|finer| format!("{:.3}", finer.delta_e_2000.p95))),
         or_dash(differences.relative_rmse.map(|rmse| format!("{rmse:.4}"))),
         or_dash(differences.psnr_db.map(|psnr| format!("{psnr:.1}"))),
     ]

@@ -1,0 +1,97 @@
+//! How much each pair of directions of a scene matters to its image, and samples drawn in proportion.
+
+use super::{COVERED_SHARE, DRAWN};
+use crate::fit::Options;
+use crate::image::luminance;
+use crate::math::count;
+use crate::measurement::Measurement;
+use crate::scene::View;
+use std::collections::BTreeMap;
+
+/// How much the pairs of a view matter to its image.
+pub(super) struct Importance {
+    /// Luminance of the light that each pair carries.
+    light: Vec<f64>,
+    /// The sum over the pairs of each pixel, and of those with data around them.
+    by_pixel: Vec<[f64; 2]>,
+}
+
+impl Importance {
+    pub(super) fn new(view: &View, known: &[bool]) -> Self {
+        let light: Vec<f64> = view.samples.iter().map(|seen| luminance(seen.weight)).collect();
+        let mut by_pixel = vec![[0.0; 2]; view.covered.len()];
+        for ((seen, light), known) in view.samples.iter().zip(&light).zip(known) {
+            let place = usize::try_from(seen.pixel).ok().and_then(|pixel| by_pixel.get_mut(pixel));
+            if let Some([all, with_data]) = place {
+                *all += light;
+                *with_data += if *known { *light } else { 0.0 };
+            }
+        }
+        Self { light, by_pixel }
+    }
+
+    /// Pixels that count.
+    pub(super) fn compared(&self, view: &View) -> Vec<bool> {
+        let lit = self.by_pixel.iter().zip(&view.covered);
+        lit.map(|([all, with_data], object)| *object && *all > 0.0 && *with_data >= COVERED_SHARE * all)
+            .collect()
+    }
+
+    pub(super) fn covered_light(&self) -> f64 {
+        let sums = self.by_pixel.iter().fold([0.0; 2], |[a, b], [all, with_data]| [a + all, b + with_data]);
+        if sums[0] > 0.0 { sums[1] / sums[0] } else { 0.0 }
+    }
+
+    /// The measurement at pairs of the view, drawn in proportion to what an error there does to the image; none if no pair is
+    /// known.
+    ///
+    /// An error d of f at a pair with weight w changes its pixel by w d, and the pairs of a pixel err alike, so
+    /// the pixel's squared error is at most W sum(w d^2), W their sum (Cauchy and Schwarz). Fits compare x = f cos(theta_i):
+    /// a pair counts W w/cos(theta_i)^2.
+    pub(super) fn draw(
+        &self,
+        measurement: &Measurement,
+        view: &View,
+        values: &[Vec<f64>],
+        known: &[bool],
+        options: &Options,
+    ) -> Option<Measurement> {
+        let mut sum = 0.0;
+        let running: Vec<f64> = view
+            .samples
+            .iter()
+            .zip(&self.light)
+            .zip(known)
+            .map(|((seen, light), known)| {
+                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| self.by_pixel.get(pixel));
+                let [of_pixel, _] = pixel.copied().unwrap_or_default();
+                let cosine = seen.pair.wi.z;
+                if *known && cosine > 0.0 {
+                    sum += of_pixel * light / (cosine * cosine);
+                }
+                sum
+            })
+            .collect();
+        if !(sum > 0.0 && sum.is_finite()) {
+            return None;
+        }
+        // One from each of as many equal stretches of the sum, at its middle: no chance is left.
+        let wanted = options.filters.samples.unwrap_or(DRAWN);
+        let chosen: Vec<usize> = (0..wanted)
+            .map(|k| {
+                let at = (count(k) + 0.5) / count(wanted) * sum;
+                running.partition_point(|running| *running <= at).min(running.len().saturating_sub(1))
+            })
+            .collect();
+        let pick = |row: &Vec<f64>| chosen.iter().filter_map(|index| row.get(*index).copied()).collect();
+        Some(Measurement {
+            directions: view.directions().select(&chosen),
+            values: values.iter().map(pick).collect(),
+            sigma: None,
+            dropped: BTreeMap::new(),
+            doubts: Vec::new(),
+            source: measurement.source.clone(),
+            channels: measurement.channels.clone(),
+        })
+    }
+}

@@ -1,0 +1,134 @@
+//! A measurement in the light of a scene: its image, and those that models make beside it.
+
+use super::importance::Importance;
+use super::target::Target;
+use crate::error::Error;
+use crate::fit::{Metric, Shown};
+use crate::geometry::{Directions, Pair};
+use crate::image::{Differences, Image, differences, exposure};
+use crate::measurement::interpolant::Interpolant;
+use crate::model::Expression;
+use crate::scene::View;
+use crate::tradeoff::{counted, in_single_precision};
+
+/// Shapes and amplitudes of every lobe, per channel, in formula units.
+pub(super) type Values = Vec<Vec<(Vec<f64>, Vec<f64>)>>;
+
+/// What a model is evaluated in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Precision {
+    Single,
+    Double,
+}
+
+impl Precision {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Single => "f32",
+            Self::Double => "f64",
+        }
+    }
+}
+
+/// What a scene shows of a measurement, and what models are compared with.
+pub(super) struct Studio {
+    pub(super) view: View,
+    pub(super) importance: Importance,
+    /// f per channel at every pair of the view.
+    pub(super) values: Vec<Vec<f64>>,
+    /// Per pair, whether the measurement has something to say there.
+    pub(super) known: Vec<bool>,
+    /// The image that the measurement makes.
+    pub(super) measured: Image,
+    /// Pixels that count.
+    pub(super) compared: Vec<bool>,
+    /// Of the view's samples, and once more as pairs.
+    directions: Directions,
+    pairs: Vec<Pair>,
+}
+
+impl Studio {
+    /// What a view shows of a measurement up to angles of `max_theta_deg`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a view without pixels.
+    pub(super) fn new(view: View, interpolant: &Interpolant, max_theta_deg: f64) -> Result<Self, Error> {
+        let pairs: Vec<Pair> = view.samples.iter().map(|seen| seen.pair).collect();
+        let there = interpolant.at(&pairs);
+        let known = known(&pairs, &there.covered, max_theta_deg);
+        let measured = image(&view, &known, &there.values)?;
+        let importance = Importance::new(&view, &known);
+        let compared = importance.compared(&view);
+        let directions = view.directions();
+        Ok(Self { view, importance, values: there.values, known, measured, compared, directions, pairs })
+    }
+
+    /// Operations of one evaluation.
+    pub(super) fn cost(&self, expression: &Expression, values: &Values) -> u64 {
+        values.first().map_or(0, |first| counted(expression, first, &self.pairs).0.weighted())
+    }
+
+    /// The image that a model makes, and how far it is from the measured one.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an image that is not finite.
+    pub(super) fn look(
+        &self,
+        expression: &Expression,
+        values: &Values,
+        precision: Precision,
+    ) -> Result<(Image, Differences), Error> {
+        let rows = match precision {
+            Precision::Double => expression.values(&self.directions, values),
+            Precision::Single => {
+                values.iter().map(|values| in_single_precision(expression, values, &self.pairs)).collect()
+            }
+        };
+        let image = image(&self.view, &self.known, &rows)?;
+        let differences = differences(&self.measured, &image, &self.compared)?;
+        Ok((image, differences))
+    }
+
+    /// The measured image as it is compared, exposed, with what its pixels see.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an image that is not finite.
+    pub(super) fn shown(&self, metric: Metric) -> Result<Shown<Target>, Error> {
+        let exposure = exposure(&self.measured, &self.compared)?;
+        let mut shown = Shown::new();
+        let mut last = None;
+        for (seen, known) in self.view.samples.iter().zip(&self.known) {
+            let pixel = usize::try_from(seen.pixel).unwrap_or(usize::MAX);
+            if !known || self.compared.get(pixel) != Some(&true) {
+                continue;
+            }
+            if last != Some(pixel) {
+                let colour = self.measured.pixels.get(pixel).copied().unwrap_or_default();
+                shown.add_pixel(Target::new(metric, colour.map(|value| value * exposure)));
+                last = Some(pixel);
+            }
+            shown.add_pair(seen.pair, seen.weight.map(|weight| weight * exposure));
+        }
+        Ok(shown)
+    }
+}
+
+/// The image that values per channel and pair make. What nobody has measured is left out of every image, so that none is wrong
+/// there.
+fn image(view: &View, known: &[bool], values: &[Vec<f64>]) -> Result<Image, Error> {
+    let masked = |row: &Vec<f64>| -> Vec<f64> {
+        row.iter().zip(known).map(|(f, known)| if *known { *f } else { 0.0 }).collect()
+    };
+    let rows: Vec<Vec<f64>> = values.iter().map(masked).collect();
+    // A single channel is grey.
+    let row = |k: usize| rows.get(k).or(rows.first()).map_or(&[][..], Vec::as_slice);
+    let side = |n: u32| usize::try_from(n).unwrap_or(0);
+    Image::new(side(view.width), side(view.height), view.image([row(0), row(1), row(2)]))
+}
+
+/// Which pairs have data around them and lie within the largest angles.
+fn known(pairs: &[Pair], covered: &[bool], max_theta_deg: f64) -> Vec<bool> {
+    let least_cosine = max_theta_deg.to_radians().cos();
+    let within = |pair: &Pair| pair.wi.z >= least_cosine && pair.wo.z >= least_cosine;
+    pairs.iter().zip(covered).map(|(pair, covered)| *covered && within(pair)).collect()
+}

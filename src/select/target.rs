@@ -1,0 +1,43 @@
+//! What tells a pixel from the measured one, in the metric of a fit.
+
+use crate::fit::{self, Metric};
+use crate::image::ColourTarget;
+use nalgebra::{Matrix3, Vector3};
+
+/// A measured pixel, linear RGB, exposed.
+#[derive(Clone, Debug)]
+pub(super) enum Target {
+    /// l2: the radiances.
+    Radiance(Vector3<f64>),
+    /// log: ln(1 + x) of the radiances.
+    Logarithm(Vector3<f64>),
+    /// cbrt: how the colours differ to an eye. L*, a* and b* are differences of cube roots.
+    Colour(ColourTarget),
+}
+
+/// Radiances below this do not have a useful logarithm of 1 + x; interpolation can make them negative.
+const LOG_FLOOR: f64 = -0.99;
+
+impl Target {
+    pub(super) fn new(metric: Metric, measured: [f64; 3]) -> Self {
+        match metric {
+            Metric::L2 => Self::Radiance(measured.into()),
+            Metric::Log => Self::Logarithm(Vector3::from(measured).map(|x| x.max(LOG_FLOOR).ln_1p())),
+            Metric::Cbrt => Self::Colour(ColourTarget::new(measured)),
+        }
+    }
+}
+
+impl fit::Target for Target {
+    fn compare(&self, x: [f64; 3]) -> (Vector3<f64>, Matrix3<f64>) {
+        let x = Vector3::from(x);
+        match self {
+            Self::Radiance(measured) => (x - measured, Matrix3::identity()),
+            Self::Logarithm(measured) => {
+                let x = x.map(|x| x.max(LOG_FLOOR));
+                (x.map(f64::ln_1p) - measured, Matrix3::from_diagonal(&x.map(|x| 1.0 / (1.0 + x))))
+            }
+            Self::Colour(target) => target.compare(x.into()),
+        }
+    }
+}
