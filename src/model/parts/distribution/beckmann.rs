@@ -40,6 +40,10 @@ impl<R: Roughness> FacetDistribution for Beckmann<R> {
         exp_times(-R::squared_slope(m, g), *peak / cos4)
     }
 
+    fn beckmann_m2<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        R::squares(&R::prepare(&mut shapes))
+    }
+
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
         R::prepare(&mut shapes)
     }

@@ -45,6 +45,10 @@ impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
         exp_times((R::squared_slope(m, g) - tan2) * ratio, *peak)
     }
 
+    fn beckmann_m2<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        R::squares(&R::prepare(&mut shapes))
+    }
+
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
         let m = R::prepare(&mut shapes);
         let m2 = R::product(&m);

@@ -41,6 +41,10 @@ impl<R: Roughness> FacetDistribution for Ggx<R> {
         *m2_over_pi / (denominator * denominator)
     }
 
+    fn beckmann_m2<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        R::squares(&R::prepare(&mut shapes))
+    }
+
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
         R::prepare(&mut shapes)
     }

@@ -19,9 +19,10 @@ pub use slope_table::SlopeTable;
 use super::parts;
 use super::shadowing::Shadows;
 use crate::geometry::Geometry;
-use crate::math::Scalar;
+use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Part, Values, Visitor};
 pub(crate) use roughness::{Anisotropic, Isotropic, Roughness};
+use std::f64::consts::PI;
 use std::marker::PhantomData;
 
 /// A distribution of facet normals.
@@ -45,6 +46,18 @@ pub trait FacetDistribution: 'static {
 
     /// D(h), 1/sr.
     fn density<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> T;
+
+    /// D at the normal.
+    fn peak<T: Scalar>(shapes: Values<'_, T>) -> T {
+        let normal = [0.0, 0.0, 1.0].map(T::Real::literal);
+        Self::density(&Self::prepare(shapes), &Geometry::new(normal, normal))
+    }
+
+    /// mx^2 and my^2 of the Beckmann surface with the same peak: the same, but for a D that has two roughnesses itself.
+    fn beckmann_m2<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
+        let m2: T = Self::peak(shapes).times(PI).recip();
+        [m2, m2]
+    }
 
     /// What Smith's shadowing needs of the shapes, computed when they have changed.
     fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T>;
@@ -169,7 +182,7 @@ mod tests {
     use super::*;
     use crate::math::GaussLegendre;
     use approx::assert_relative_eq;
-    use std::f64::consts::{FRAC_PI_2, PI};
+    use std::f64::consts::FRAC_PI_2;
 
     /// Geometry whose half vector stands at `theta`, and the light with it.
     fn at(theta: f64, phi: f64) -> Geometry<f64> {

@@ -27,6 +27,9 @@ pub trait Roughness: 'static {
     /// Takes the roughnesses.
     fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> Self::Prepared<T>;
 
+    /// mx^2, my^2.
+    fn squares<T: Scalar>(prepared: &Self::Prepared<T>) -> [T; 2];
+
     /// mx my.
     fn product<T: Scalar>(prepared: &Self::Prepared<T>) -> T;
 
@@ -68,6 +71,10 @@ impl Roughness for Isotropic {
         let [m] = shapes.take();
         let m2: T = m * m;
         One { m2, inverse: m2.recip() }
+    }
+
+    fn squares<T: Scalar>(one: &One<T>) -> [T; 2] {
+        [one.m2, one.m2]
     }
 
     #[inline(always)]
@@ -131,6 +138,10 @@ impl Roughness for Anisotropic {
             ratio: my / mx,
             inverse_ratio: mx / my,
         }
+    }
+
+    fn squares<T: Scalar>(two: &Two<T>) -> [T; 2] {
+        [two.mx2, two.my2]
     }
 
     #[inline(always)]
