@@ -14,8 +14,6 @@ from .table import Table
 QUADRATURE_STEP = mpf(10) ** -6
 # (1 - 1.259 a + 0.396 a^2)/(3.535 a + 2.181 a^2), for a below the last.
 RATIONAL, RATIONAL_END = ("1.259", "0.396", "3.535", "2.181"), "1.6"
-# Distributions whose two roughnesses are those of the Beckmann surface with the same peak.
-STRETCHED = ("ggx-anisotropic", "beckmann-anisotropic", "blinn-phong-anisotropic")
 NORMAL = (mpf(0), mpf(0), mpf(1), mpf(0), mpf(0), mpf(1))
 
 
@@ -67,13 +65,8 @@ def smith_uncorrelated_naive(d: Distribution, real, g, shapes):
     return one / (one + d.naive_lambda(real, shapes, g.wi)) / (one + d.naive_lambda(real, shapes, g.wo))
 
 
-def peak_m(d: Distribution, shapes):
-    """m of the Beckmann or GGX surface with the same peak."""
-    return 1 / sqrt(pi * d.density(shapes, geometry(NORMAL)))
-
-
 def schlick_smith_k(d: Distribution, shapes):
-    return peak_m(d, shapes) / 2
+    return 1 / (2 * sqrt(pi * d.density(shapes, geometry(NORMAL))))
 
 
 def schlick_smith(d: Distribution, pair, shapes):
@@ -95,15 +88,20 @@ def rational_lambda(real, a):
     return max(real(0), numerator) / (real(RATIONAL[2]) * a + real(RATIONAL[3]) * a * a)
 
 
-def roughness_seen(d: Distribution, shapes, v):
-    """m sin, of two roughnesses in the plane of v; where a distribution has none, that of its peak."""
-    two = shapes if d.name in STRETCHED else (peak_m(d, shapes),)
-    return sqrt(projected2(two, v))
+def beckmann_m(d: Distribution, shapes):
+    """One roughness or two, of the Beckmann surface that the distribution is taken for."""
+    if d.name == "sgd":
+        return (shapes[0] ** 0.5,)
+    if d.name == "abc":
+        return ((2 / (shapes[0] * shapes[1])) ** 0.5,)
+    return shapes if d.parameters == ("mx", "my") else shapes[:1]
 
 
 def smith_rational(d: Distribution, pair, shapes):
+    m = beckmann_m(d, shapes)
+
     def of(v):
-        slope = roughness_seen(d, shapes, v)
+        slope = sqrt(projected2(m, v))
         return v[2] * rational_lambda(mpf, v[2] / slope) if slope else mpf(0)
 
     ci, co = pair[2], pair[5]
@@ -111,10 +109,10 @@ def smith_rational(d: Distribution, pair, shapes):
 
 
 def smith_rational_naive(d: Distribution, real, g, shapes):
-    two = shapes if d.name in STRETCHED else [real(float(peak_m(d, tuple(mpf(float(s)) for s in shapes))))]
+    m = beckmann_m(d, tuple(shapes))
 
     def of(v):
-        return rational_lambda(real, real(1) / np.sqrt(naive_projected2(two, v)))
+        return rational_lambda(real, real(1) / np.sqrt(naive_projected2(m, v)))
 
     return real(1) / (real(1) + of(g.wi) + of(g.wo))
 

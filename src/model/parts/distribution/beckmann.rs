@@ -21,6 +21,7 @@ pub(super) struct Beckmann<R>(PhantomData<R>);
 
 impl<R: Roughness> FacetDistribution for Beckmann<R> {
     const SHAPES: usize = R::SHAPES;
+    type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
     type Slopes<T: Scalar> = R::Prepared<T>;
 
@@ -38,10 +39,6 @@ impl<R: Roughness> FacetDistribution for Beckmann<R> {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
         exp_times(-R::squared_slope(m, g), *peak / cos4)
-    }
-
-    fn beckmann_m2<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
-        R::squares(&R::prepare(&mut shapes))
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {

@@ -23,6 +23,7 @@ pub(super) struct BlinnPhong<R>(PhantomData<R>);
 impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
     const SHAPES: usize = R::SHAPES;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
     type Slopes<T: Scalar> = (R::Prepared<T>, SlopeTable<T>);
 
@@ -43,10 +44,6 @@ impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
         let exact: T::Real = g.ln_cos_h() / tan2;
         let ratio = T::Real::if_less(tan2, T::Real::literal(1e-12), T::Real::literal(-0.5), exact).times(2.0);
         exp_times((R::squared_slope(m, g) - tan2) * ratio, *peak)
-    }
-
-    fn beckmann_m2<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
-        R::squares(&R::prepare(&mut shapes))
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {

@@ -23,6 +23,7 @@ pub(super) struct Ggx<R>(PhantomData<R>);
 
 impl<R: Roughness> FacetDistribution for Ggx<R> {
     const SHAPES: usize = R::SHAPES;
+    type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
     type Slopes<T: Scalar> = R::Prepared<T>;
 
@@ -39,10 +40,6 @@ impl<R: Roughness> FacetDistribution for Ggx<R> {
     fn density<T: Scalar>((m, m2_over_pi): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
         let denominator = R::stretched(m, g);
         *m2_over_pi / (denominator * denominator)
-    }
-
-    fn beckmann_m2<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
-        R::squares(&R::prepare(&mut shapes))
     }
 
     fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {

@@ -19,10 +19,9 @@ pub use slope_table::SlopeTable;
 use super::parts;
 use super::shadowing::Shadows;
 use crate::geometry::Geometry;
-use crate::math::{Real, Scalar};
+use crate::math::Scalar;
 use crate::model::{ParamSpec, Part, Values, Visitor};
-pub(crate) use roughness::{Anisotropic, Isotropic, Roughness};
-use std::f64::consts::PI;
+pub(crate) use roughness::{Anisotropic, Isotropic, Projected, Roughness};
 use std::marker::PhantomData;
 
 /// A distribution of facet normals.
@@ -33,6 +32,8 @@ pub trait FacetDistribution: 'static {
     const DENSITY_TAKES_LONG: bool = false;
     /// Whether [`FacetDistribution::prepare_slopes`] takes longer than a block.
     const SLOPES_TAKE_LONG: bool = false;
+    /// The roughness that it has where it is taken for a Beckmann surface.
+    type Beckmann: Projected;
     /// What D needs of the shapes.
     type Prepared<T: Scalar>: Clone + Send + Sync + 'static;
     /// What Smith's shadowing needs of the shapes.
@@ -46,18 +47,6 @@ pub trait FacetDistribution: 'static {
 
     /// D(h), 1/sr.
     fn density<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> T;
-
-    /// D at the normal.
-    fn peak<T: Scalar>(shapes: Values<'_, T>) -> T {
-        let normal = [0.0, 0.0, 1.0].map(T::Real::literal);
-        Self::density(&Self::prepare(shapes), &Geometry::new(normal, normal))
-    }
-
-    /// mx^2 and my^2 of the Beckmann surface with the same peak: the same, but for a D that has two roughnesses itself.
-    fn beckmann_m2<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
-        let m2: T = Self::peak(shapes).times(PI).recip();
-        [m2, m2]
-    }
 
     /// What Smith's shadowing needs of the shapes, computed when they have changed.
     fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T>;
@@ -182,7 +171,7 @@ mod tests {
     use super::*;
     use crate::math::GaussLegendre;
     use approx::assert_relative_eq;
-    use std::f64::consts::FRAC_PI_2;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     /// Geometry whose half vector stands at `theta`, and the light with it.
     fn at(theta: f64, phi: f64) -> Geometry<f64> {

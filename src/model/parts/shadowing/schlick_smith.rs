@@ -6,7 +6,7 @@
 
 use super::Shadows;
 use crate::geometry::Geometry;
-use crate::math::Scalar;
+use crate::math::{Real, Scalar};
 use crate::model::parts::distribution::FacetDistribution;
 use crate::model::{Part, Values, Visitor};
 use std::f64::consts::PI;
@@ -29,7 +29,9 @@ impl<D: FacetDistribution> Part for Visibility<D> {
     type Output<T: Scalar> = [T; 1];
 
     fn prepare<T: Scalar>(shapes: Values<'_, T>) -> T {
-        D::peak(shapes).times(PI).sqrt().recip().times(0.5)
+        let normal = [0.0, 0.0, 1.0].map(T::Real::literal);
+        let peak = D::density(&D::prepare(shapes), &Geometry::new(normal, normal));
+        peak.times(PI).sqrt().recip().times(0.5)
     }
 
     #[inline(always)]
