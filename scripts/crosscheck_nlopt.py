@@ -153,6 +153,14 @@ def lambda_beckmann(tan2, m):
     return np.exp(-(x**2)) / (2.0 * math.sqrt(PI) * x) - 0.5 * erfc(x)
 
 
+def lambda_beckmann_rational(tan2, m):
+    """Walter et al. 2007, eq. 27, but not let below 0 short of a = 1.6."""
+    a = 1.0 / np.maximum(np.sqrt(tan2), 1e-3) / m
+    numerator = 1.0 - 1.259 * a + 0.396 * a**2
+    shadowed = (np.real(a) < 1.6) & (np.real(numerator) > 0.0)
+    return np.where(shadowed, numerator / (3.535 * a + 2.181 * a**2), 0.0)
+
+
 def lambda_ggx(tan2, m):
     # (sqrt(1+e) - 1)/2 without its cancellation for small e.
     e = m**2 * tan2
@@ -174,8 +182,10 @@ def shadowing(g, kind, smith_lambda, m):
         return g.one
     if kind == "v-cavity":
         return np.minimum(1.0, 2.0 * g.c * np.minimum(g.ci, g.co) / g.mu)
+    if kind == "smith-rational":
+        smith_lambda = lambda_beckmann_rational
     lambda_i, lambda_o = smith_lambda(g.tan2_i, m), smith_lambda(g.tan2_o, m)
-    if kind == "smith":
+    if kind in ("smith", "smith-rational"):
         return 1.0 / (1.0 + lambda_i + lambda_o)
     if kind == "smith-uncorrelated":
         return 1.0 / ((1.0 + lambda_i) * (1.0 + lambda_o))
@@ -707,6 +717,7 @@ def core_models():
         Core(with_lambert("(d=gaussian, g=v-cavity)"), plastic),
         Core(with_lambert("(g=v-cavity)"), plastic),
         Core(with_lambert("(g=smith-uncorrelated)"), plastic),
+        Core(with_lambert("(d=beckmann, g=smith-rational)"), plastic),
         Core(with_lambert("(g=none)"), plastic),
         Core(with_lambert("(f=dielectric)"), plastic),
         Core(

@@ -262,6 +262,7 @@ recovery! {
     gaussian: "lambert + cook-torrance(d=gaussian)";
     v_cavity: "lambert + cook-torrance(g=v-cavity)";
     smith_uncorrelated: "lambert + cook-torrance(g=smith-uncorrelated)";
+    smith_rational: "lambert + cook-torrance(d=beckmann, g=smith-rational)";
     no_shadowing: "lambert + cook-torrance(g=none)";
     dielectric: "lambert + cook-torrance(f=dielectric)";
     conductor: "lambert + cook-torrance(f=conductor)";

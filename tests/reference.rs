@@ -547,7 +547,7 @@ fn every_part_has_a_table() {
     expected.extend(distributions.iter().map(|name| format!("distribution-{name}")));
     expected.extend(Fresnel::names().iter().map(|name| format!("fresnel-{name}")));
     for name in Shadowing::names() {
-        if ["smith", "smith-uncorrelated", "schlick-smith"].contains(&name) {
+        if ["smith", "smith-uncorrelated", "smith-rational", "schlick-smith"].contains(&name) {
             expected.extend(distributions.iter().map(|d| format!("shadowing-{name}-{d}")));
         } else {
             expected.push(format!("shadowing-{name}"));

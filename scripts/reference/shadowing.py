@@ -6,12 +6,14 @@ import numpy as np
 from mpmath import mpf, pi, sqrt
 
 from . import distributions
-from .distributions import DISTRIBUTIONS, Distribution, numbers
+from .distributions import DISTRIBUTIONS, Distribution, naive_projected2, numbers, projected2
 from .grid import PAIR, geometry, textbook_geometry, views
 from .table import Table
 
 # Of differences of quadratures, which leaves 12 of their digits.
 QUADRATURE_STEP = mpf(10) ** -6
+# (1 - 1.259 a + 0.396 a^2)/(3.535 a + 2.181 a^2), for a below the last.
+RATIONAL, RATIONAL_END = ("1.259", "0.396", "3.535", "2.181"), "1.6"
 NORMAL = (mpf(0), mpf(0), mpf(1), mpf(0), mpf(0), mpf(1))
 
 
@@ -78,9 +80,47 @@ def schlick_smith_naive(d: Distribution, real, g, shapes):
     return g.wi[2] / (g.wi[2] * (one - k) + k) * g.wo[2] / (g.wo[2] * (one - k) + k)
 
 
+def rational_lambda(real, a):
+    """Of a = 1/(m tan), as printed, but that it is not let below 0 short of a = 1.6."""
+    if a >= real(RATIONAL_END):
+        return real(0)
+    numerator = real(1) - real(RATIONAL[0]) * a + real(RATIONAL[1]) * a * a
+    return max(real(0), numerator) / (real(RATIONAL[2]) * a + real(RATIONAL[3]) * a * a)
+
+
+def beckmann_m(d: Distribution, shapes):
+    """One roughness or two, of the Beckmann surface that the distribution is taken for."""
+    if d.name == "sgd":
+        return (shapes[0] ** 0.5,)
+    if d.name == "abc":
+        return ((2 / (shapes[0] * shapes[1])) ** 0.5,)
+    return shapes if d.parameters == ("mx", "my") else shapes[:1]
+
+
+def smith_rational(d: Distribution, pair, shapes):
+    m = beckmann_m(d, shapes)
+
+    def of(v):
+        slope = sqrt(projected2(m, v))
+        return v[2] * rational_lambda(mpf, v[2] / slope) if slope else mpf(0)
+
+    ci, co = pair[2], pair[5]
+    return 1 / (4 * (ci * co + co * of(pair[:3]) + ci * of(pair[3:])))
+
+
+def smith_rational_naive(d: Distribution, real, g, shapes):
+    m = beckmann_m(d, tuple(shapes))
+
+    def of(v):
+        return rational_lambda(real, real(1) / np.sqrt(naive_projected2(m, v)))
+
+    return real(1) / (real(1) + of(g.wi) + of(g.wo))
+
+
 OF_ROUGHNESS = {
     "smith": (smith, smith_naive),
     "smith-uncorrelated": (smith_uncorrelated, smith_uncorrelated_naive),
+    "smith-rational": (smith_rational, smith_rational_naive),
     "schlick-smith": (schlick_smith, schlick_smith_naive),
 }
 
@@ -114,7 +154,7 @@ def tables():
         )
     for name, (exact, naive) in OF_ROUGHNESS.items():
         for d in DISTRIBUTIONS:
-            by_quadrature = d.tabulated and name != "schlick-smith"
+            by_quadrature = d.tabulated and name not in ("schlick-smith", "smith-rational")
             sets = SPARSE[d.name] if d.tabulated else d.shapes
             pairs = [views()[k] for k in SPARSE_VIEWS] if d.tabulated else views()
             yield Table(

@@ -17,8 +17,9 @@
 //! Jacobian of the half vector and D is normalised here. A `ks` published in their convention is 4/pi (D
 //! with its pi) or 4 (D without) times smaller than this one.
 //! Grazing: finite with every G but `none`. m -> 0: a mirror, D = 1/(pi m^2) at its peak.
-//! Reciprocal. Energy conserving with ks = 1 and F <= 1, but with g=none, where f grows as 1/(ci co): the largest albedo found up to
-//! 89.9 degrees is then 286 (ggx, m = 1, 89.9 degrees).
+//! Reciprocal. Energy conserving with ks = 1 and F <= 1, but with g=none, where f grows as 1/(ci co), and with g=smith-rational
+//! for distributions other than Beckmann's: the largest albedos found up to 89.9 degrees are then 286 (ggx, m = 1, 89.9 degrees) and 1.753
+//! (ggx, m = 0.2, 89.9 degrees).
 
 use super::parts::distribution::Distribution;
 use super::parts::fresnel::Fresnel;

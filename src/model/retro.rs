@@ -24,8 +24,10 @@
 //!
 //! Departure: no Fresnel term. The light does not come back from facets, and a term rising where wi and wo
 //! are opposed would rise where the lobe is absent. Reciprocal. Energy conserving for ks <= 1, but with
-//! g=none, where the largest albedo found up to 89.9 degrees is 286 (ggx, m = 1, 89.9 degrees). Grazing: where both directions graze f grows without bound with `g=neumann`, and is finite where one
-//! does; the others as in Cook-Torrance. m -> 0: all light goes back where it came from.
+//! g=none, where the largest albedo found up to 89.9 degrees is 286 (ggx, m = 1, 89.9 degrees), and with
+//! g=smith-rational for distributions other than Beckmann's, where it is 1.753 (ggx, m = 0.2, 89.9 degrees).
+//! Grazing: where both directions graze f grows without bound with `g=neumann`, and is finite where one does;
+//! the others as in Cook-Torrance. m -> 0: all light goes back where it came from.
 
 use super::cook_torrance::DISTRIBUTION;
 use super::parts::distribution::Distribution;

@@ -73,6 +73,11 @@ pub const SHORTCUTS: &[Shortcut] = &[
         "lambert + cook-torrance(d=ggx, g=implicit, f=schlick)",
     ),
     shortcut(
+        "the rational Lambda for the exact one, Beckmann",
+        BECKMANN,
+        "lambert + cook-torrance(d=beckmann, g=smith-rational, f=schlick)",
+    ),
+    shortcut(
         "Schlick-Smith for Smith, Beckmann",
         BECKMANN,
         "lambert + cook-torrance(d=beckmann, g=schlick-smith, f=schlick)",

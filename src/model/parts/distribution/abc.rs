@@ -14,7 +14,8 @@
 //! their convention). Where b (1 - cos) is large throughout, b and c^-1/b trade off against each other and against the
 //! lobe's scale. Smith's integral is tabulated ([`SlopeTable`]).
 
-use super::{FacetDistribution, SlopeTable, exp_times};
+use super::roughness::One;
+use super::{FacetDistribution, Isotropic, Projected, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -22,6 +23,24 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 pub(crate) struct Abc;
+
+/// m^2 = 2/(b c): the Beckmann surface that it approaches where c is large.
+pub(crate) struct FallOff;
+
+impl Projected for FallOff {
+    const SHAPES: usize = 2;
+    type Prepared<T: Scalar> = One<T>;
+
+    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> One<T> {
+        let [b, c] = shapes.take();
+        One::squared((b * c).recip().times(2.0))
+    }
+
+    #[inline(always)]
+    fn projected_slope2<T: Scalar>(one: &One<T>, v: [T::Real; 3]) -> T {
+        Isotropic::projected_slope2(one, v)
+    }
+}
 
 static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(96));
 
@@ -59,6 +78,7 @@ pub(crate) fn one_less_cos<R: Real>(g: &Geometry<R>) -> R {
 impl FacetDistribution for Abc {
     const SHAPES: usize = 2;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = FallOff;
     /// b, c, 1/N.
     type Prepared<T: Scalar> = [T; 3];
     /// The table, and the squared scale on which it stands.

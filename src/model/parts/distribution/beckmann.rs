@@ -21,6 +21,7 @@ pub(super) struct Beckmann<R>(PhantomData<R>);
 
 impl<R: Roughness> FacetDistribution for Beckmann<R> {
     const SHAPES: usize = R::SHAPES;
+    type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
     type Slopes<T: Scalar> = R::Prepared<T>;
 

@@ -23,6 +23,7 @@ pub(super) struct BlinnPhong<R>(PhantomData<R>);
 impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
     const SHAPES: usize = R::SHAPES;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
     type Slopes<T: Scalar> = (R::Prepared<T>, SlopeTable<T>);
 

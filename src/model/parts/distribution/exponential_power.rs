@@ -14,7 +14,7 @@
 //! a cusp at the normal, for p < 1/2 as sharp as its data are dense. Smith's integral is tabulated ([`SlopeTable`]).
 
 use super::roughness::roughness;
-use super::{FacetDistribution, SlopeTable, exp_times};
+use super::{FacetDistribution, Isotropic, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar, ln_gamma};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -41,6 +41,7 @@ fn ln_fall<T: Scalar>(p: T, u2: T) -> T {
 impl FacetDistribution for ExponentialPower {
     const SHAPES: usize = 2;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = Isotropic;
     /// 1/m^2, p, and D at the normal.
     type Prepared<T: Scalar> = [T; 3];
     type Slopes<T: Scalar> = (SlopeTable<T>, T);

@@ -44,6 +44,7 @@ fn arc_tangent<T: Scalar>(t: T) -> T {
 impl FacetDistribution for Gaussian {
     const SHAPES: usize = 1;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = Isotropic;
     /// 1/m^2 and D at the normal.
     type Prepared<T: Scalar> = [T; 2];
     /// The table, and the squared scale on which it stands.

@@ -23,6 +23,7 @@ pub(super) struct Ggx<R>(PhantomData<R>);
 
 impl<R: Roughness> FacetDistribution for Ggx<R> {
     const SHAPES: usize = R::SHAPES;
+    type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
     type Slopes<T: Scalar> = R::Prepared<T>;
 

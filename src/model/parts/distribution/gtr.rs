@@ -15,7 +15,7 @@
 //! no closed form and is tabulated ([`SlopeTable`]), where Disney uses that of GGX at another roughness.
 
 use super::roughness::roughness;
-use super::{FacetDistribution, SlopeTable, exp_times, relative_exp_m1};
+use super::{FacetDistribution, Isotropic, SlopeTable, exp_times, relative_exp_m1};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -33,6 +33,7 @@ fn peak<T: Scalar>(m: T, gamma: T) -> T {
 impl FacetDistribution for Gtr {
     const SHAPES: usize = 2;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = Isotropic;
     /// 1/m^2, gamma, and D at the normal.
     type Prepared<T: Scalar> = [T; 3];
     type Slopes<T: Scalar> = (SlopeTable<T>, T);

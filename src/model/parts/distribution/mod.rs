@@ -21,7 +21,7 @@ use super::shadowing::Shadows;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Part, Values, Visitor};
-pub(crate) use roughness::{Anisotropic, Isotropic, Roughness};
+pub(crate) use roughness::{Anisotropic, Isotropic, Projected, Roughness};
 use std::marker::PhantomData;
 
 /// A distribution of facet normals.
@@ -32,6 +32,8 @@ pub trait FacetDistribution: 'static {
     const DENSITY_TAKES_LONG: bool = false;
     /// Whether [`FacetDistribution::prepare_slopes`] takes longer than a block.
     const SLOPES_TAKE_LONG: bool = false;
+    /// The roughness that it has where it is taken for a Beckmann surface.
+    type Beckmann: Projected;
     /// What D needs of the shapes.
     type Prepared<T: Scalar>: Clone + Send + Sync + 'static;
     /// What Smith's shadowing needs of the shapes.

@@ -14,18 +14,24 @@ use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Scale, Sharper, Values};
 
-/// One or two roughnesses.
-pub trait Roughness: 'static {
-    /// How many.
+/// What shadowing needs of a roughness.
+pub trait Projected: 'static {
+    /// How many shapes it is known from.
     const SHAPES: usize;
     /// What depends on them alone.
     type Prepared<T: Scalar>: Copy + Send + Sync + 'static;
 
+    /// Takes the shapes.
+    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> Self::Prepared<T>;
+
+    /// mx^2 vx^2 + my^2 vy^2.
+    fn projected_slope2<T: Scalar>(prepared: &Self::Prepared<T>, v: [T::Real; 3]) -> T;
+}
+
+/// One or two roughnesses.
+pub trait Roughness: Projected {
     /// m, or mx and my.
     fn parameters() -> Vec<ParamSpec>;
-
-    /// Takes the roughnesses.
-    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> Self::Prepared<T>;
 
     /// mx my.
     fn product<T: Scalar>(prepared: &Self::Prepared<T>) -> T;
@@ -35,9 +41,6 @@ pub trait Roughness: 'static {
 
     /// mx my hz^2 + my/mx hx^2 + mx/my hy^2.
     fn stretched<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> T;
-
-    /// mx^2 vx^2 + my^2 vy^2.
-    fn projected_slope2<T: Scalar>(prepared: &Self::Prepared<T>, v: [T::Real; 3]) -> T;
 }
 
 /// A roughness as a parameter.
@@ -56,18 +59,32 @@ pub struct One<T> {
     inverse: T,
 }
 
-impl Roughness for Isotropic {
+impl<T: Scalar> One<T> {
+    /// Of m^2.
+    pub(super) fn squared(m2: T) -> Self {
+        Self { m2, inverse: m2.recip() }
+    }
+}
+
+impl Projected for Isotropic {
     const SHAPES: usize = 1;
     type Prepared<T: Scalar> = One<T>;
 
-    fn parameters() -> Vec<ParamSpec> {
-        vec![roughness("m", "roughness").sharper_when(Sharper::Smaller)]
-    }
-
     fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> One<T> {
         let [m] = shapes.take();
-        let m2: T = m * m;
-        One { m2, inverse: m2.recip() }
+        One::squared(m * m)
+    }
+
+    #[inline(always)]
+    fn projected_slope2<T: Scalar>(one: &One<T>, [x, y, _]: [T::Real; 3]) -> T {
+        let x2: T::Real = x * x;
+        one.m2 * (x2 + y * y)
+    }
+}
+
+impl Roughness for Isotropic {
+    fn parameters() -> Vec<ParamSpec> {
+        vec![roughness("m", "roughness").sharper_when(Sharper::Smaller)]
     }
 
     #[inline(always)]
@@ -84,12 +101,6 @@ impl Roughness for Isotropic {
     fn stretched<T: Scalar>(one: &One<T>, g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         one.m2 * cos2 + g.sin2_h()
-    }
-
-    #[inline(always)]
-    fn projected_slope2<T: Scalar>(one: &One<T>, [x, y, _]: [T::Real; 3]) -> T {
-        let x2: T::Real = x * x;
-        one.m2 * (x2 + y * y)
     }
 }
 
@@ -108,16 +119,9 @@ pub struct Two<T> {
     inverse_ratio: T,
 }
 
-impl Roughness for Anisotropic {
+impl Projected for Anisotropic {
     const SHAPES: usize = 2;
     type Prepared<T: Scalar> = Two<T>;
-
-    fn parameters() -> Vec<ParamSpec> {
-        vec![
-            roughness("mx", "roughness along x").sharper_when(Sharper::Smaller),
-            roughness("my", "roughness along y").isotropic_as("mx"),
-        ]
-    }
 
     fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> Two<T> {
         let [mx, my] = shapes.take();
@@ -131,6 +135,21 @@ impl Roughness for Anisotropic {
             ratio: my / mx,
             inverse_ratio: mx / my,
         }
+    }
+
+    #[inline(always)]
+    fn projected_slope2<T: Scalar>(two: &Two<T>, [x, y, _]: [T::Real; 3]) -> T {
+        let (x2, y2): (T::Real, T::Real) = (x * x, y * y);
+        two.mx2 * x2 + two.my2 * y2
+    }
+}
+
+impl Roughness for Anisotropic {
+    fn parameters() -> Vec<ParamSpec> {
+        vec![
+            roughness("mx", "roughness along x").sharper_when(Sharper::Smaller),
+            roughness("my", "roughness along y").isotropic_as("mx"),
+        ]
     }
 
     #[inline(always)]
@@ -150,11 +169,5 @@ impl Roughness for Anisotropic {
     fn stretched<T: Scalar>(two: &Two<T>, g: &Geometry<T::Real>) -> T {
         let [x2, y2, z2]: [T::Real; 3] = g.h.map(|component| component * component);
         two.product * z2 + two.ratio * x2 + two.inverse_ratio * y2
-    }
-
-    #[inline(always)]
-    fn projected_slope2<T: Scalar>(two: &Two<T>, [x, y, _]: [T::Real; 3]) -> T {
-        let (x2, y2): (T::Real, T::Real) = (x * x, y * y);
-        two.mx2 * x2 + two.my2 * y2
     }
 }

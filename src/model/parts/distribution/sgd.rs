@@ -14,7 +14,8 @@
 //! incomplete gamma function is found by quadrature, since its argument 1 - p can be negative. Smith's integral is
 //! tabulated ([`SlopeTable`]) in place of the paper's fitted one, which `bagher-sgd` has.
 
-use super::{FacetDistribution, SlopeTable, exp_times};
+use super::roughness::One;
+use super::{FacetDistribution, Isotropic, Projected, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -22,6 +23,24 @@ use std::f64::consts::FRAC_1_PI;
 use std::sync::LazyLock;
 
 pub(crate) struct Sgd;
+
+/// m^2 = alpha: the Beckmann surface that it is with p = 0.
+pub(crate) struct Alpha;
+
+impl Projected for Alpha {
+    const SHAPES: usize = 1;
+    type Prepared<T: Scalar> = One<T>;
+
+    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> One<T> {
+        let [alpha] = shapes.take();
+        One::squared(alpha)
+    }
+
+    #[inline(always)]
+    fn projected_slope2<T: Scalar>(one: &One<T>, v: [T::Real; 3]) -> T {
+        Isotropic::projected_slope2(one, v)
+    }
+}
 
 static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(24));
 
@@ -48,6 +67,7 @@ impl FacetDistribution for Sgd {
     const SHAPES: usize = 2;
     const DENSITY_TAKES_LONG: bool = true;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = Alpha;
     /// alpha, 1/alpha, p, K/pi.
     type Prepared<T: Scalar> = [T; 4];
     /// The table, and the squared scale on which it stands.

@@ -14,7 +14,7 @@
 //! tabulated for each gamma ([`SlopeTable`]); the paper's rational fit errs by up to 0.007 in G1.
 
 use super::roughness::roughness;
-use super::{FacetDistribution, SlopeTable, exp_times};
+use super::{FacetDistribution, Isotropic, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -25,6 +25,7 @@ pub(super) struct StudentT;
 impl FacetDistribution for StudentT {
     const SHAPES: usize = 2;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = Isotropic;
     /// 1/(m^2 (gamma - 1)), gamma, and D at the normal.
     type Prepared<T: Scalar> = [T; 3];
     type Slopes<T: Scalar> = (SlopeTable<T>, T);

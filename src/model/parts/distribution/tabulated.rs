@@ -24,7 +24,7 @@
 //! through the normalisation F's strength has none either; `--fix s6=2` and so on leaves them out.
 
 use super::roughness::roughness;
-use super::{FacetDistribution, SlopeTable, exp_times};
+use super::{FacetDistribution, Isotropic, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -101,6 +101,7 @@ impl FacetDistribution for Tabulated {
     const SHAPES: usize = 1 + EXPONENTS;
     const DENSITY_TAKES_LONG: bool = true;
     const SLOPES_TAKE_LONG: bool = true;
+    type Beckmann = Isotropic;
     /// 1/m^2, D at the normal, the table.
     type Prepared<T: Scalar> = (T, T, Exponents<T>);
     type Slopes<T: Scalar> = (SlopeTable<T>, T);

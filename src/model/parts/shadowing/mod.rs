@@ -7,6 +7,7 @@ mod neumann;
 mod none;
 mod schlick_smith;
 mod smith;
+mod smith_rational;
 mod smith_uncorrelated;
 mod v_cavity;
 
@@ -70,6 +71,7 @@ macro_rules! shadowings {
 shadowings! {
     "smith" => smith::Smith,
     "smith-uncorrelated" => smith_uncorrelated::SmithUncorrelated,
+    "smith-rational" => smith_rational::SmithRational,
     "schlick-smith" => schlick_smith::SchlickSmith,
     "v-cavity" => v_cavity::VCavity,
     "kelemen" => kelemen::Kelemen,
