@@ -84,8 +84,10 @@ def rgl_degrees(name: str, path: Path) -> None:
 
 
 def measurements(folder: Path) -> dict[str, Path]:
-    """Every measurement by its name; what the program does not read itself is converted into `folder`."""
-    files = {name: DATA / f"cornell/{name}.brdf" for name in CORNELL}
+    """Every measurement by its name, all in `folder`: the plots name them as the program was given them."""
+    files = {name: folder / f"{name}.brdf" for name in CORNELL}
+    for path in files.values():
+        path.symlink_to((DATA / "cornell" / path.name).resolve())
     ptfe = folder / "ptfe.csv"
     converter = ROOT / "scripts/convert_nist_ptfe.py"
     subprocess.run([sys.executable, converter, DATA / "nist-ptfe/PTFE.data.csv", ptfe], check=True)
@@ -113,8 +115,8 @@ def run(name: str, path: Path, brdfit: str) -> dict:
     kept = ROOT / "target/tradeoff"
     kept.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
-    command = [brdfit, "tradeoff", path, "--quiet", "-o", kept / f"{name}.json", "--svg", kept / f"{name}.svg"]
-    subprocess.run(command, check=True)
+    command = [brdfit, "tradeoff", path.name, "--quiet", "-o", kept / f"{name}.json", "--svg", kept / f"{name}.svg"]
+    subprocess.run(command, check=True, cwd=path.parent)
     seconds = time.monotonic() - started
     if name in MERL:
         path.unlink()
@@ -183,8 +185,8 @@ def approximations(found: dict[str, dict]) -> str:
             [
                 name,
                 " > ".join(str(cost) for cost in operations),
-                spread([100 * value for value in unfitted], "{:.2g} %") if unfitted else "-",
-                spread(quotients, "{:.3g}"),
+                spread([f"{percent(value)} %" for value in unfitted]) if unfitted else "-",
+                spread([f"{quotient:.3g}" for quotient in quotients]),
                 str(sum(quotient < 1.02 for quotient in quotients)),
             ]
         )
@@ -192,9 +194,13 @@ def approximations(found: dict[str, dict]) -> str:
     return table(head, rows)
 
 
-def spread(values: list[float], form: str) -> str:
+def percent(share: float) -> str:
+    return f"{100 * share:.0f}" if share >= 0.1 else f"{100 * share:.1g}"
+
+
+def spread(values: list[str]) -> str:
     """Smallest, median and largest."""
-    return ", ".join(form.format(value) for value in (values[0], values[len(values) // 2], values[-1]))
+    return ", ".join((values[0], values[len(values) // 2], values[-1]))
 
 
 def budgets(found: dict[str, dict]) -> str:
@@ -280,7 +286,7 @@ def main() -> int:
             parser.error(f"--only: expected one of {', '.join(files)}; found {', '.join(unknown)}")
         for name, path in files.items():
             if not arguments.only or name in arguments.only:
-                found[name] = run(name, path, arguments.brdfit)
+                found[name] = run(name, path, str(Path(arguments.brdfit).resolve()))
                 print(f"{name}: {found[name]['seconds']:.1f} s", file=sys.stderr)
     print(document(found))
     if arguments.update_docs:

@@ -140,25 +140,22 @@ fn weights_of_the_scene_lower_the_error_of_the_image() {
     let models: String = models.iter().map(|model| format!(" -m '{model}'")).collect();
     let mut inputs = vec!["glossy.csv".to_owned()];
     inputs.extend(shared("cornell/garnet_red.brdf").map(|path| format!("'{}'", path.display())));
-    let names = ["studio-sphere", "overcast-sky", "grazing-sun-floor", "interior-normal-incidence"];
+    // docs/select.md has many more pairs; these take seconds.
+    let names = |input: &str| match input {
+        "glossy.csv" => &["studio-sphere", "grazing-sun-floor", "interior-normal-incidence"][..],
+        _ => &["studio-sphere", "interior-normal-incidence"],
+    };
     let mut ratios = Vec::new();
-    for (input, name) in inputs.iter().flat_map(|input| names.map(|name| (input, name))) {
-        let errors = |weights: &str| -> Option<Vec<(String, f64)>> {
+    for (input, name) in inputs.iter().flat_map(|input| names(input).iter().map(move |name| (input, name))) {
+        let errors = |weights: &str| -> Vec<(String, f64)> {
             let scene = scene(&format!("{name}.json")).display().to_string();
             let line = format!("select {input} --scene '{scene}' --metric l2 {models} --json {weights}");
-            let done = folder.brdfit(&line);
-            // The paint was not measured as far as a low sun asks.
-            (done.code != Some(2)).then(|| {
-                let tried = done.json()["tried"].as_array().unwrap().clone();
-                let error = |tried: &Value| number(&tried["differences"]["relative_rmse"]);
-                let doubles = tried.iter().filter(|tried| tried["precision"] == "f64");
-                doubles.map(|tried| (tried["model"].as_str().unwrap().to_owned(), error(tried))).collect()
-            })
+            let tried = folder.brdfit(&line).json()["tried"].as_array().unwrap().clone();
+            let error = |tried: &Value| number(&tried["differences"]["relative_rmse"]);
+            let doubles = tried.iter().filter(|tried| tried["precision"] == "f64");
+            doubles.map(|tried| (tried["model"].as_str().unwrap().to_owned(), error(tried))).collect()
         };
-        let (Some(scene), Some(own)) = (errors(""), errors("--weights uniform")) else {
-            assert!(input.contains("garnet_red") && name == "grazing-sun-floor", "{input}, {name}: refused");
-            continue;
-        };
+        let (scene, own) = (errors(""), errors("--weights uniform"));
         for ((model, scene), (_, own)) in scene.iter().zip(&own) {
             assert!(*scene <= 1.001 * own, "{input}, {name}, {model}: {scene}, without {own}");
             ratios.push(scene / own);
@@ -167,7 +164,7 @@ fn weights_of_the_scene_lower_the_error_of_the_image() {
     let mean = (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>()
         / f64::from(u32::try_from(ratios.len()).unwrap()))
     .exp();
-    assert!(ratios.len() >= 12 && mean < 0.8, "{mean} over {}", ratios.len());
+    assert!(ratios.len() >= 9 && mean < 0.8, "{mean} over {}", ratios.len());
 }
 
 #[test]
