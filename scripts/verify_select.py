@@ -1081,10 +1081,9 @@ def run_case(settings: Settings, case: Case) -> Result:
     return result
 
 
-def program_p95(tried: dict) -> list[float]:
-    """The 95th percentiles that the program has of a model: in the scene's light and, if it looked, in finer light."""
-    both = (tried["differences"], tried["finer_light"])
-    return [differences["delta_e_2000"]["p95"] for differences in both if differences]
+def program_p95(tried: dict) -> float:
+    """What the program judges a model by: in finer light, if it looked there."""
+    return (tried["finer_light"] or tried["differences"])["delta_e_2000"]["p95"]
 
 
 def verify(result: Result, report: dict, settings: Settings) -> None:
@@ -1094,7 +1093,7 @@ def verify(result: Result, report: dict, settings: Settings) -> None:
     channels = ["r", "g", "b"] if len(channels) > 1 else channels
     answer, cheaper = report["answer"], report["next_cheaper"]
     doubles = [k for k, one in enumerate(tried) if one["precision"] == "f64"]
-    nearest = min(doubles, key=lambda k: max(program_p95(tried[k])))
+    nearest = min(doubles, key=lambda k: program_p95(tried[k]))
     indices = [k for k in (answer, cheaper, nearest if answer is None else None) if k is not None]
     # That the answer is the cheapest: all that cost less fail.
     others = doubles if settings.everything else [k for k in doubles if answer is not None and k < answer]
@@ -1107,7 +1106,7 @@ def verify(result: Result, report: dict, settings: Settings) -> None:
     (measured, *images), counts = render_case(result.case, settings, models)
     for k, image in zip(indices, images):
         here = p95(measured[counts], image[counts])
-        one = Compared(tried[k]["model"], tried[k]["cost"], program_p95(tried[k])[-1], here)
+        one = Compared(tried[k]["model"], tried[k]["cost"], program_p95(tried[k]), here)
         if k == answer:
             result.answer = one
         elif k == cheaper:

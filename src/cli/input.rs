@@ -57,7 +57,7 @@ pub struct SampleArguments {
     /// What is compared: f cos(theta_i), its logarithm ln(1 + x), or its cube root
     #[arg(long, value_enum, default_value_t = MetricName::Cbrt)]
     metric: MetricName,
-    /// Weights of the samples; by default solid-angle on MERL grids, uniform elsewhere
+    /// Weights of the samples; by default solid-angle on MERL grids, uniform elsewhere; `scene` for select
     #[arg(long, value_enum)]
     weights: Option<Weights>,
     /// Largest angle of incidence and viewing, degrees, inclusive; 80 by default, 90 for select
@@ -95,6 +95,8 @@ enum Weights {
     SolidAngle,
     Uniform,
     Sigma,
+    /// As the image of a scene has them
+    Scene,
 }
 
 impl SampleArguments {
@@ -122,19 +124,25 @@ impl SampleArguments {
         self.samples.map_or(otherwise, |samples| samples.0)
     }
 
-    /// The filters.
+    /// The filters of a fit that knows of no scene.
     pub fn filters(&self) -> Result<Filters, Error> {
+        if let Some(Weights::Scene) = self.weights {
+            let text =
+                "--weights scene: expected one of solid-angle, uniform, sigma; `brdfit select` has a scene";
+            return Err(Error::Usage(text.to_owned()));
+        }
         self.filters_up_to(Filters::default().max_theta_deg)
     }
 
-    /// The filters; angles up to `max_theta_deg` where nothing was said of them.
+    /// The filters, without a weighting for a scene's; angles up to `max_theta_deg` where nothing was said of them.
     pub fn filters_up_to(&self, max_theta_deg: f64) -> Result<Filters, Error> {
         Ok(Filters {
             max_theta_deg: checked_max_theta(self.max_theta.unwrap_or(max_theta_deg))?,
-            weighting: self.weights.map(|weights| match weights {
-                Weights::SolidAngle => Weighting::SolidAngle,
-                Weights::Uniform => Weighting::Uniform,
-                Weights::Sigma => Weighting::Sigma,
+            weighting: self.weights.and_then(|weights| match weights {
+                Weights::SolidAngle => Some(Weighting::SolidAngle),
+                Weights::Uniform => Some(Weighting::Uniform),
+                Weights::Sigma => Some(Weighting::Sigma),
+                Weights::Scene => None,
             }),
             samples: self.samples(),
             seed: self.seed,

@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Model expression to choose from, may be repeated; by default the ladder of `tradeoff`
     #[arg(short, long = "model", value_name = "EXPR")]
     models: Vec<String>,
-    /// Write measured.exr, fitted.exr, comparison.png (measured, fitted, difference) and delta-e.png into this folder
+    /// Write measured.exr, fitted.exr, comparison.exr and .png (measured, fitted, difference) and delta-e.png into this folder
     #[arg(long, value_name = "FOLDER")]
     images: Option<PathBuf>,
     #[command(flatten)]
@@ -94,6 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 struct Images {
     measured: Output,
     fitted: Output,
+    side_by_side: Output,
     comparison: Output,
     delta_e: Output,
 }
@@ -105,6 +106,7 @@ impl Images {
         Ok(Self {
             measured: open("measured.exr")?,
             fitted: open("fitted.exr")?,
+            side_by_side: open("comparison.exr")?,
             comparison: open("comparison.png")?,
             delta_e: open("delta-e.png")?,
         })
@@ -119,13 +121,15 @@ impl Images {
             .map_or(1.0, |tried| tried.differences.exposure);
         let note = |what: &str| -> Result<String, Error> { json(&about(what, selected)) };
         let apart = absolute_difference(measured, fitted)?;
-        let panels = [measured, fitted, &apart].map(|image| image.exposed(exposure));
-        let comparison = side_by_side(&panels.each_ref())?;
+        let panels = [measured, fitted, &apart];
+        let linear = side_by_side(&panels)?;
+        let comparison = side_by_side(&panels.map(|image| image.exposed(exposure)).each_ref())?;
         let delta_e = delta_e_2000(measured, fitted, compared, exposure)?;
         let top = 2.0 * selected.tolerance;
         let map = false_colour(measured.width, measured.height, &delta_e, compared, top)?;
         self.measured.commit(&exr(measured, &note("measured")?)?)?;
         self.fitted.commit(&exr(fitted, &note("fitted")?)?)?;
+        self.side_by_side.commit(&exr(&linear, &note("measured, fitted, absolute difference")?)?)?;
         self.comparison.commit(&png(&comparison, 1.0)?)?;
         self.delta_e.commit(&png(&map, 1.0)?)
     }

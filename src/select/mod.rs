@@ -120,18 +120,17 @@ pub struct Tried {
     /// The same with four times as many points of light, over `finer_pixels` of the scene; null where none of those has data
     /// around it.
     pub finer_light: Option<Differences>,
-    /// Whether the fit is usable and both images within the tolerance.
+    /// Whether the fit is usable and the image within the tolerance: in finer light, or in the scene's where that is null.
     pub passes: bool,
     /// Whether the fit is usable; one to the image is.
     pub usable: bool,
 }
 
 impl Tried {
-    /// The 95th percentile of CIEDE2000, in the light of the scene or in finer light, whichever is more.
+    /// The 95th percentile of CIEDE2000 that is judged: in finer light, which is nearer to the truth, where there is any.
     #[must_use]
     pub fn p95(&self) -> f64 {
-        let finer = self.finer_light.map_or(0.0, |finer| finer.delta_e_2000.p95);
-        finer.max(self.differences.delta_e_2000.p95)
+        self.finer_light.unwrap_or(self.differences).delta_e_2000.p95
     }
 }
 
