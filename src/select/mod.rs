@@ -1,9 +1,10 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 //!
-//! A scene shows a surface from some directions in some light, and nothing else of it matters. Its pairs of directions are
-//! drawn in proportion to how much they matter to the image; every model of the ladder is fitted to the measurement there, and the
-//! image that it makes is compared with the one that the measurement itself makes. docs/select.md describes it, and the JSON form field by field.
+//! A scene shows a surface from some directions in some light, and nothing else of it matters. Every model of the ladder is fitted
+//! to the image that the measurement makes, and its image compared with that one. docs/select.md describes it, and the JSON form
+//! field by field.
 
+mod fits;
 mod importance;
 mod seen;
 mod studio;
@@ -14,24 +15,22 @@ pub use seen::SeenMap;
 pub use text::table;
 
 use crate::error::Error;
-use crate::fit::{Metric, Options, ParameterTable, ParameterValue, Progress, Quiet, Shown, fit, fit_image};
+use crate::fit::{Options, ParameterValue, Progress};
 use crate::image::{Differences, Image, Route, ToRgb};
 use crate::measurement::interpolant::{Interpolant, LeaveOut, LeftOut};
-use crate::measurement::{Filters, Measurement, Weighting};
+use crate::measurement::{Measurement, Weighting};
 use crate::model::Expression;
 use crate::scene::Scene;
 use crate::tradeoff::Candidate;
+use fits::Fits;
 use serde::Serialize;
-use std::borrow::Cow;
-use std::sync::Arc;
 use studio::{Precision, Studio, Values};
-use target::Target;
 
 /// Name of the schema.
 pub const SCHEMA: &str = "brdfit.select/1";
 /// The tolerance where none is given: the 95th percentile of CIEDE2000 that is just noticeable.
 pub const JUST_NOTICEABLE: f64 = 1.0;
-/// Pairs of directions that models are fitted to.
+/// Pairs of directions, and samples of the measurement, that fits begin with.
 pub const DRAWN: usize = 20_000;
 /// Pixels that are looked at again in finer light, at most.
 pub const FINER_PIXELS: usize = 1000;
@@ -173,7 +172,7 @@ pub fn checked_tolerance(tolerance: f64) -> Result<f64, Error> {
 /// Fits and renders every model, and chooses.
 ///
 /// # Errors
-/// [`Error::Malformed`] for a scene that sees nothing, [`Error::Usage`] where the measurement has nothing to say of what the scene shows, and as in [`fit`].
+/// [`Error::Malformed`] for a scene that sees nothing, [`Error::Usage`] where the measurement has nothing to say of what the scene shows, and as in [`crate::fit::fit`].
 pub fn select(
     measurement: &Measurement,
     scene: &Scene,
@@ -194,28 +193,11 @@ pub fn select(
             studio.view.samples.len()
         )));
     }
-    let finer = Studio::new(scene.finer_view(FINER_PIXELS)?, &interpolant, max_theta_deg)?;
-    let Options { filters, metric, .. } = request.options;
-    let own = FitTo { data: Cow::Borrowed(&*coloured), filters: filters.clone(), metric: *metric };
-    let fits = if filters.weighting.is_some() {
-        Fits { searched: vec![own], shown: None }
-    } else {
-        let drawn =
-            studio.importance.draw(&coloured, &studio.view, &studio.values, &studio.known, request.options);
-        let data = drawn.ok_or_else(|| {
-            Error::Usage(format!(
-                "{}: expected directions within --max-theta, found none",
-                scene.path().display()
-            ))
-        })?;
-        let uniform = Some(Weighting::Uniform);
-        let filters = Filters { samples: None, weighting: uniform, ..filters.clone() };
-        let drawn = FitTo { data: Cow::Owned(data), filters, metric: *metric };
-        // Where a needle is all that counts there are many minima; cube roots see the rest, too.
-        let rest = (*metric != Metric::Cbrt).then(|| FitTo { metric: Metric::Cbrt, ..drawn.clone() });
-        let searched = [Some(drawn), Some(own), rest].into_iter().flatten().collect();
-        Fits { searched, shown: Some(studio.shown(*metric)?) }
-    };
+    // None of the pixels that would be looked at again may be lit.
+    let finer = scene.finer_view(FINER_PIXELS).ok();
+    let finer = finer.map(|view| Studio::new(view, &interpolant, max_theta_deg)).transpose()?;
+    let finer = finer.filter(|finer| finer.compared.contains(&true));
+    let fits = Fits::new(&coloured, &studio, request.options)?;
 
     let candidates = Candidate::all(request.expressions)?;
     let mut shown: Vec<(Tried, Image)> = Vec::new();
@@ -223,7 +205,7 @@ pub fn select(
     for (index, candidate) in candidates.iter().enumerate() {
         let name = candidate.expression.canonical();
         progress.stage(&format!("model {} of {}: {name}", index + 1, candidates.len()));
-        match try_model(candidate, &fits, request, [&studio, &finer]) {
+        match try_model(candidate, &fits, request, (&studio, finer.as_ref())) {
             Ok(both) => shown.extend(both),
             // A model with more parameters than there is to fit, for one: the others may do.
             Err(error) => failure = Some(error),
@@ -258,7 +240,7 @@ pub fn select(
             height: studio.view.height,
             object_pixels: trues(&studio.view.covered),
             compared_pixels: trues(&studio.compared),
-            finer_pixels: trues(&finer.compared),
+            finer_pixels: finer.as_ref().map_or(0, |finer| trues(&finer.compared)),
             pairs: studio.view.samples.len(),
             covered_light: studio.importance.covered_light(),
         },
@@ -277,65 +259,19 @@ fn trues(mask: &[bool]) -> usize {
     mask.iter().filter(|is| **is).count()
 }
 
-/// Samples that models are fitted to.
-#[derive(Clone)]
-struct FitTo<'a> {
-    data: Cow<'a, Measurement>,
-    filters: Filters,
-    metric: Metric,
-}
-
-/// What models are fitted to.
-struct Fits<'a> {
-    /// Each on its own.
-    searched: Vec<FitTo<'a>>,
-    /// The image that the best of those is then fitted to, if it is the scene that counts.
-    shown: Option<Shown<Target>>,
-}
-
-impl Fits<'_> {
-    /// The parameters of a model, and whether they are usable.
-    fn fit(&self, candidate: &Candidate, request: &Request<'_>) -> Result<(ParameterTable, bool), Error> {
-        let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
-        let options = candidate.options(request.options)?;
-        let mut found = Vec::new();
-        let mut failure = None;
-        for FitTo { data, filters, metric } in &self.searched {
-            let options = Options { filters: filters.clone(), metric: *metric, ..options.clone() };
-            match fit(data, &candidate.expression, &options, &quiet) {
-                Ok(fitted) => found.push((fitted.table, fitted.unusable.is_none())),
-                Err(error) => failure = Some(error),
-            }
-        }
-        if let Some(shown) = &self.shown {
-            let starts: Vec<&ParameterTable> = found.iter().map(|(table, _)| table).collect();
-            if let Some(table) = fit_image(&candidate.expression, shown, &starts, &options)? {
-                // Wherever it started: what it is worth is seen in the image.
-                return Ok((table, true));
-            }
-        }
-        found.into_iter().next().ok_or_else(|| {
-            failure.unwrap_or_else(|| Error::Usage("expected samples to fit to, found none".to_owned()))
-        })
-    }
-}
-
 /// Fits a model, and looks at it in both precisions, in the light of the scene and in finer light.
 fn try_model(
     candidate: &Candidate,
     fits: &Fits<'_>,
     request: &Request<'_>,
-    [studio, finer]: [&Studio; 2],
+    (studio, finer): (&Studio, Option<&Studio>),
 ) -> Result<[(Tried, Image); 2], Error> {
     let expression = &candidate.expression;
-    let (table, usable) = fits.fit(candidate, request)?;
+    let (table, usable) = fits.fit(candidate, request.options)?;
     let values: Values = (0..table.channels().len()).map(|channel| table.formula_values(channel)).collect();
     let tried = |precision: Precision| -> Result<(Tried, Image), Error> {
         let (image, differences) = studio.look(expression, &values, precision)?;
-        let finer = match finer.compared.contains(&true) {
-            true => Some(finer.look(expression, &values, precision)?.1),
-            false => None,
-        };
+        let finer = finer.map(|finer| finer.look(expression, &values, precision)).transpose()?;
         let mut tried = Tried {
             model: expression.canonical(),
             free: candidate.free.to_vec(),
@@ -344,7 +280,7 @@ fn try_model(
             parameters: table.parameter_values(),
             passes: false,
             differences,
-            finer_light: finer,
+            finer_light: finer.map(|(_, differences)| differences),
             usable,
         };
         tried.passes = usable && tried.p95() <= request.tolerance;

@@ -1,0 +1,87 @@
+//! What `select` fits models to.
+
+use super::studio::Studio;
+use super::target::Target;
+use crate::error::Error;
+use crate::fit::{Metric, Options, ParameterTable, Progress, Quiet, Shown, fit, fit_image};
+use crate::measurement::{Filters, Measurement, Weighting};
+use crate::tradeoff::Candidate;
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// Samples that models are fitted to.
+#[derive(Clone)]
+struct FitTo<'a> {
+    data: Cow<'a, Measurement>,
+    filters: Filters,
+    metric: Metric,
+}
+
+/// What models are fitted to.
+pub(super) struct Fits<'a> {
+    /// Each on its own.
+    searched: Vec<FitTo<'a>>,
+    /// The image that the best of those is then fitted to, if it is the scene that counts.
+    shown: Option<Shown<Target>>,
+}
+
+impl<'a> Fits<'a> {
+    /// What counts is the scene's image, or, where a weighting is asked for, the measurement's own samples.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the scene shows nothing that the measurement knows.
+    pub(super) fn new(
+        measurement: &'a Measurement,
+        studio: &Studio,
+        options: &Options,
+    ) -> Result<Self, Error> {
+        let Options { filters, metric, .. } = options;
+        let own = FitTo { data: Cow::Borrowed(measurement), filters: filters.clone(), metric: *metric };
+        if filters.weighting.is_some() {
+            return Ok(Self { searched: vec![own], shown: None });
+        }
+        let drawn = studio.importance.draw(measurement, &studio.view, &studio.values, &studio.known, options);
+        let data = drawn.ok_or_else(|| {
+            Error::Usage("--max-theta: expected light within it in the scene, found none".to_owned())
+        })?;
+        let uniform = Some(Weighting::Uniform);
+        let filters = Filters { samples: None, weighting: uniform, ..filters.clone() };
+        let drawn = FitTo { data: Cow::Owned(data), filters, metric: *metric };
+        // Where a needle is all that counts there are many minima; cube roots see the rest, too.
+        let rest = (*metric != Metric::Cbrt).then(|| FitTo { metric: Metric::Cbrt, ..drawn.clone() });
+        let searched = [Some(drawn), Some(own), rest].into_iter().flatten().collect();
+        Ok(Self { searched, shown: Some(studio.shown(*metric)?) })
+    }
+
+    /// The parameters of a model, and whether they are usable.
+    ///
+    /// # Errors
+    /// As in [`fit`].
+    pub(super) fn fit(
+        &self,
+        candidate: &Candidate,
+        options: &Options,
+    ) -> Result<(ParameterTable, bool), Error> {
+        let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
+        let options = candidate.options(options)?;
+        let mut found = Vec::new();
+        let mut failure = None;
+        for FitTo { data, filters, metric } in &self.searched {
+            let options = Options { filters: filters.clone(), metric: *metric, ..options.clone() };
+            match fit(data, &candidate.expression, &options, &quiet) {
+                Ok(fitted) => found.push((fitted.table, fitted.unusable.is_none())),
+                Err(error) => failure = Some(error),
+            }
+        }
+        if let Some(shown) = &self.shown {
+            let starts: Vec<&ParameterTable> = found.iter().map(|(table, _)| table).collect();
+            if let Some(table) = fit_image(&candidate.expression, shown, &starts, &options)? {
+                // Wherever it started: what it is worth is seen in the image.
+                return Ok((table, true));
+            }
+        }
+        found.into_iter().next().ok_or_else(|| {
+            failure.unwrap_or_else(|| Error::Usage("expected samples to fit to, found none".to_owned()))
+        })
+    }
+}
