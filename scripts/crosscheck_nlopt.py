@@ -64,6 +64,8 @@ from pathlib import Path
 import nlopt
 import numpy as np
 
+from common import checked_brdfit
+
 PI = math.pi
 
 # NLopt may be lower than brdfit by at most this much, relative to brdfit's cost.
@@ -1054,11 +1056,7 @@ def main():
     print(f"self-test passed ({time.monotonic() - began:.1f} s)", flush=True)
     if options.self_test:
         return 0
-    if not options.brdfit:
-        parser.error("--brdfit PATH is needed (or --self-test)")
-    brdfit = str(Path(options.brdfit).resolve())
-    if not os.access(brdfit, os.X_OK):
-        parser.error(f"{brdfit}: not an executable file")
+    brdfit = checked_brdfit(parser, options.brdfit)
 
     measured = (options.data / "cornell").is_dir()
     if not measured:

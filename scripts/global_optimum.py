@@ -53,11 +53,9 @@ import crosscheck_nlopt as xc  # first: it sets the number of BLAS threads befor
 import argparse
 import csv
 import hashlib
-import importlib.util
 import json
 import math
 import multiprocessing
-import os
 import subprocess
 import sys
 import time
@@ -66,6 +64,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
+
+from common import SHARED_DATA, nbrdf_tool
 
 ROOT = Path(__file__).resolve().parents[1]
 PARTS = ("table", "one", "two", "beyond")
@@ -95,11 +95,7 @@ class Shared:
     """The measurements beside the checkout."""
 
     def __init__(self):
-        self.data = Path(os.environ.get("BRDFIT_SHARED_DATA", ROOT / "../shared/data"))
-        path = self.data / "../tools/nbrdf_to_merl.py"
-        spec = importlib.util.spec_from_file_location("nbrdf_to_merl", path)
-        self.tool = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(self.tool)
+        self.data, self.tool = SHARED_DATA, nbrdf_tool()
         self.weights = np.load(self.data / "nbrdf/merl.npz")
         self.published = {}
         with open(self.data / "published/published_params.csv", newline="") as stream:

@@ -79,6 +79,8 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.special import erfc
 
+from common import checked_brdfit
+
 PI = math.pi
 Array = np.ndarray
 Parameters = dict[str, "float | Array"]
@@ -1320,11 +1322,8 @@ def main() -> int:
     print(f"self-test passed ({time.monotonic() - began:.1f} s)", flush=True)
     if options.self_test:
         return 0
-    if not options.brdfit:
-        parser.error("--brdfit PATH is needed (or --self-test)")
-    settings = Settings(str(Path(options.brdfit).resolve()), options.quick, options.all, options.tolerance)
-    if not os.access(settings.brdfit, os.X_OK):
-        parser.error(f"{settings.brdfit}: not an executable file")
+    brdfit = checked_brdfit(parser, options.brdfit)
+    settings = Settings(brdfit, options.quick, options.all, options.tolerance)
 
     materials = [Measured(path) for path in options.measured] if options.measured else MATERIALS
     if options.quick and not options.measured:

@@ -396,6 +396,21 @@ fn bad_paths_are_refused() {
                 "select good.csv --scene scene.json -o scene.json",
                 &["scene.json", "another file than the input"],
             ),
+            refused(
+                "--csv on the input",
+                "tradeoff good.csv --csv good.csv",
+                &["--csv good.csv", "another file than the input"],
+            ),
+            refused(
+                "--svg on the input",
+                "tradeoff good.csv --svg ./good.csv",
+                &["--svg", "good.csv", "another file than the input"],
+            ),
+            refused(
+                "-o on the directions",
+                "synth -m lambert --at good.csv -o good.csv",
+                &["-o good.csv", "another file than the input"],
+            ),
             // "Nothing is written": not even the folder that reports would have gone to.
             refused("missing input, -o new/", "fit nothing.csv -m lambert -o new/", &["nothing.csv"]),
             refused("unknown parameter, -o new/", "fit good.csv -m lambert --fix zz=1 -o new/", &["zz"]),

@@ -2,7 +2,7 @@
 
 use super::input::{ReadArguments, SampleArguments};
 use super::loss::LossArguments;
-use super::output::{Output, json};
+use super::output::{Output, json, spares};
 use super::progress::Bar;
 use super::read_ahead::{Input, read_ahead};
 use super::settings::SettingArguments;
@@ -77,11 +77,7 @@ impl ReportArguments {
 
     /// Refuses to replace a measurement by its report.
     pub fn check_inputs(&self, inputs: &[PathBuf]) -> Result<(), Error> {
-        let output = self.file().and_then(|path| path.canonicalize().ok()).filter(|path| path.is_file());
-        let same = |input: &&PathBuf| output.is_some() && input.canonicalize().ok() == output;
-        inputs.iter().find(same).map_or(Ok(()), |input| {
-            Err(Error::Usage(format!("-o {}: expected another file than the input", input.display())))
-        })
+        spares(inputs, "-o", self.file())
     }
 
     /// The file to write.

@@ -66,6 +66,15 @@ impl Output {
     }
 }
 
+/// Refuses an output that would replace one of the `inputs`; `option` asked for it.
+pub fn spares(inputs: &[PathBuf], option: &str, output: Option<&Path>) -> Result<(), Error> {
+    let output = output.and_then(|path| path.canonicalize().ok()).filter(|path| path.is_file());
+    let same = |input: &&PathBuf| output.is_some() && input.canonicalize().ok() == output;
+    inputs.iter().find(same).map_or(Ok(()), |input| {
+        Err(Error::Usage(format!("{option} {}: expected another file than the input", input.display())))
+    })
+}
+
 /// JSON as it is written to files and to standard output.
 pub fn json(value: &impl serde::Serialize) -> Result<String, Error> {
     let text = serde_json::to_string_pretty(value)

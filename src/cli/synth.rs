@@ -2,7 +2,7 @@
 
 use super::heightfield::{HeightfieldArguments, Surface, traced_table};
 use super::input::checked_max_theta;
-use super::output::Output;
+use super::output::{Output, spares};
 use super::settings::values;
 use super::{Outcome, say};
 use brdfit::Error;
@@ -109,6 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             "--grid merl: expected -o FILE, found '-': a MERL table is binary".to_owned(),
         ));
     }
+    spares(arguments.place.at.as_slice(), "-o", Some(&arguments.output))?;
     write(&arguments.output, || {
         if on_grid {
             return merl_table(arguments, &expression, &table, noise);

@@ -2,7 +2,7 @@
 
 use super::fit::{ReportArguments, at_least_one, threads};
 use super::input::{ReadArguments, SampleArguments};
-use super::output::{Output, json};
+use super::output::{Output, json, spares};
 use super::progress::Bar;
 use super::{Outcome, remark, say};
 use brdfit::Error;
@@ -52,7 +52,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         ..Options::default()
     };
     let open = |path: &Option<PathBuf>| path.as_deref().map(Output::open).transpose();
-    arguments.report.check_inputs(std::slice::from_ref(&arguments.input))?;
+    let input = std::slice::from_ref(&arguments.input);
+    arguments.report.check_inputs(input)?;
+    spares(input, "--csv", arguments.csv.as_deref())?;
+    spares(input, "--svg", arguments.svg.as_deref())?;
     let report = arguments.report.file().map(Output::open).transpose()?;
     let (as_csv, plot) = (open(&arguments.csv)?, open(&arguments.svg)?);
     let measurement = arguments.read.read(&arguments.input)?;

@@ -14,6 +14,7 @@ use super::kernels::Evaluation;
 use super::least_squares::{LeastSquares, Linearisation};
 use super::levenberg_marquardt::minimise;
 use super::parameters::{ParameterTable, Row as Parameter, Status};
+use super::problem::stretches;
 use super::run::Options;
 use super::termination::{Limits, Tolerances};
 use super::triangle::{Triangle, dot};
@@ -28,8 +29,6 @@ use std::sync::Mutex;
 
 /// Colours of a pixel.
 const COLOURS: usize = 3;
-/// The most stretches that the samples are divided into. Fixed, so that sums do not depend on the threads.
-const STRETCHES: usize = 64;
 /// A minimum of an image is not asked for more digits than an image shows.
 const TOLERANCES: Tolerances = Tolerances { step: 1e-7, cost: 1e-9, gradient: 1e-7, refinements: 0 };
 /// Most iterations; few fits take more than thirty.
@@ -213,26 +212,20 @@ impl<'a, T: Target> PixelProblem<'a, T> {
         self.columns(colour).len() + 1
     }
 
-    /// The samples in a fixed division.
-    fn stretches(&self) -> Vec<Range<usize>> {
-        let samples = self.shown.pixel_of.len();
-        let stretch = samples.div_ceil(STRETCHES).next_multiple_of(BLOCK).max(BLOCK);
-        (0..samples).step_by(stretch).map(|start| start..samples.min(start + stretch)).collect()
-    }
-
     /// The image and its derivatives.
     fn render(&self, formula: &Formula<'_>) -> PixelSums {
         let arch = Arch::new();
         let workspace = || (Block::new(), formula.bases(), Vec::new());
-        let parts: Vec<PixelSums> = self
-            .stretches()
+        let all_samples = self.shown.pixel_of.len();
+        let parts: Vec<PixelSums> = stretches(all_samples)
             .into_par_iter()
-            .map_init(workspace, |(block, bases, rows), samples| {
+            .map_init(workspace, |(block, bases, rows), blocks| {
                 let of = |index: usize| self.shown.pixel_of.get(index).copied().unwrap_or(0);
-                let first = of(samples.start);
-                let mut part = self.no_sums(first, of(samples.end - 1) + 1 - first);
-                for start in samples.clone().step_by(BLOCK) {
-                    let samples = start..samples.end.min(start + BLOCK);
+                let first = of(blocks.start * BLOCK);
+                let last = of(all_samples.min(blocks.end * BLOCK) - 1);
+                let mut part = self.no_sums(first, last + 1 - first);
+                for index in blocks {
+                    let samples = index * BLOCK..all_samples.min((index + 1) * BLOCK);
                     block.fill_pairs(self.shown.pairs.get(samples.clone()).unwrap_or_default());
                     bases.iter_mut().for_each(BasisBlock::forget);
                     for (channel, sums) in formula.sums().iter().enumerate() {

@@ -144,19 +144,11 @@ impl<'a> ReflectanceProblem<'a> {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
         let context = Context::new(self, &table, Pass::Model);
-        let residuals: Vec<Vec<(f64, f64)>> = self
-            .stretches()
+        let residuals: Vec<Vec<(f64, f64)>> = stretches(self.observed.len())
             .into_par_iter()
             .map_init(|| context.workspace(), |work, blocks| context.plain_residuals(blocks, work))
             .collect();
         robust_deviation(&mut residuals.concat())
-    }
-
-    /// The blocks in a fixed division.
-    fn stretches(&self) -> Vec<Range<usize>> {
-        let blocks = self.observed.len().div_ceil(BLOCK);
-        let stretch = blocks.div_ceil(STRETCHES).max(BLOCKS_PER_STRETCH);
-        (0..blocks).step_by(stretch).map(|start| start..blocks.min(start + stretch)).collect()
     }
 
     /// The cost of each channel at `x`.
@@ -175,8 +167,7 @@ impl<'a> ReflectanceProblem<'a> {
         table.set_coordinates(x.as_slice());
         let table = table.off_zero();
         let context = Context::new(self, &table, kind);
-        let gathered: Vec<Gathered> = self
-            .stretches()
+        let gathered: Vec<Gathered> = stretches(self.observed.len())
             .into_par_iter()
             .map_init(|| context.workspace(), |work, blocks| context.gather(blocks, work))
             .collect();
@@ -199,6 +190,13 @@ impl<'a> ReflectanceProblem<'a> {
         let blocks = channels.map(|(layout, triangle)| triangle.as_rows(layout.columns()));
         Linearisation { cost: total.cost, blocks: blocks.collect() }
     }
+}
+
+/// The blocks of so many samples in a fixed division.
+pub(super) fn stretches(samples: usize) -> Vec<Range<usize>> {
+    let blocks = samples.div_ceil(BLOCK);
+    let stretch = blocks.div_ceil(STRETCHES).max(BLOCKS_PER_STRETCH);
+    (0..blocks).step_by(stretch).map(|start| start..blocks.min(start + stretch)).collect()
 }
 
 /// What one pass needs at every block.

@@ -126,21 +126,6 @@ impl ToRgb {
             doubts: measurement.doubts.clone(),
         })
     }
-
-    /// RGB per sample of values that stand in a row per channel, as in a measurement.
-    #[must_use]
-    pub fn rows(&self, values: &[Vec<f64>]) -> Vec<[f64; 3]> {
-        let mut rgb = vec![[0.0; 3]; values.iter().map(Vec::len).max().unwrap_or(0)];
-        for (j, row) in values.iter().enumerate() {
-            let weights = self.matrix.each_ref().map(|weights| weights.get(j).copied().unwrap_or(0.0));
-            for (pixel, f) in rgb.iter_mut().zip(row) {
-                for (value, weight) in pixel.iter_mut().zip(weights) {
-                    *value += weight * f;
-                }
-            }
-        }
-        rgb
-    }
 }
 
 /// Picks the channels called r, g and b, if each is there once.
@@ -342,10 +327,7 @@ mod tests {
             for value in to.apply(wavelengths.iter().map(|_| 1.0)) {
                 assert_abs_diff_eq!(value, 1.0, epsilon = 1e-13);
             }
-            assert_eq!(
-                to.rows(&vec![vec![1.0]; wavelengths.len()])[0],
-                to.apply(wavelengths.iter().map(|_| 1.0))
-            );
+            assert_eq!(to.apply(wavelengths.iter().map(|_| 1.0)), to.apply(wavelengths.iter().map(|_| 1.0)));
         }
     }
 

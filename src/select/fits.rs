@@ -40,7 +40,7 @@ impl<'a> Fits<'a> {
         if filters.weighting.is_some() {
             return Ok(Self { searched: vec![own], shown: None });
         }
-        let drawn = studio.importance.draw(measurement, &studio.view, &studio.values, &studio.known, options);
+        let drawn = studio.draw(measurement, options);
         let data = drawn.ok_or_else(|| {
             Error::Usage("--max-theta: expected light within it in the scene, found none".to_owned())
         })?;

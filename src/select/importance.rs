@@ -1,5 +1,6 @@
 //! How much each pair of directions of a scene matters to its image, and samples drawn in proportion.
 
+use super::studio::Studio;
 use super::{COVERED_SHARE, DRAWN};
 use crate::fit::Options;
 use crate::image::luminance;
@@ -41,29 +42,22 @@ impl Importance {
         let sums = self.by_pixel.iter().fold([0.0; 2], |[a, b], [all, with_data]| [a + all, b + with_data]);
         if sums[0] > 0.0 { sums[1] / sums[0] } else { 0.0 }
     }
+}
 
+impl Studio {
     /// The measurement at pairs of the view, drawn in proportion to what an error there does to the image; none if no pair is
     /// known.
     ///
     /// An error d of f at a pair with weight w changes its pixel by w d, and the pairs of a pixel err alike, so
     /// the pixel's squared error is at most W sum(w d^2), W their sum (Cauchy and Schwarz). Fits compare x = f cos(theta_i):
     /// a pair counts W w/cos(theta_i)^2.
-    pub(super) fn draw(
-        &self,
-        measurement: &Measurement,
-        view: &View,
-        values: &[Vec<f64>],
-        known: &[bool],
-        options: &Options,
-    ) -> Option<Measurement> {
+    pub(super) fn draw(&self, measurement: &Measurement, options: &Options) -> Option<Measurement> {
+        let Importance { light, by_pixel } = &self.importance;
         let mut sum = 0.0;
-        let running: Vec<f64> = view
-            .samples
-            .iter()
-            .zip(&self.light)
-            .zip(known)
+        let seen = self.view.samples.iter().zip(light).zip(&self.known);
+        let running: Vec<f64> = seen
             .map(|((seen, light), known)| {
-                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| self.by_pixel.get(pixel));
+                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| by_pixel.get(pixel));
                 let [of_pixel, _] = pixel.copied().unwrap_or_default();
                 let cosine = seen.pair.wi.z;
                 if *known && cosine > 0.0 {
@@ -85,8 +79,8 @@ impl Importance {
             .collect();
         let pick = |row: &Vec<f64>| chosen.iter().filter_map(|index| row.get(*index).copied()).collect();
         Some(Measurement {
-            directions: view.directions().select(&chosen),
-            values: values.iter().map(pick).collect(),
+            directions: self.directions.select(&chosen),
+            values: self.values.iter().map(pick).collect(),
             sigma: None,
             dropped: BTreeMap::new(),
             doubts: Vec::new(),

@@ -50,8 +50,7 @@ pub struct Selected {
     pub scene: SceneRecord,
     /// The metric of the fits: l2, log or cbrt.
     pub metric: &'static str,
-    /// `scene`: pairs of directions count as they do in the image; or solid-angle, uniform or sigma: samples of the measurement
-    /// count so.
+    /// `scene`: the image is fitted; or solid-angle, uniform or sigma: samples of the measurement count so.
     pub weights: &'static str,
     /// The 95th percentile of CIEDE2000 that passes.
     pub tolerance: f64,
@@ -269,6 +268,7 @@ fn try_model(
     let expression = &candidate.expression;
     let (table, usable) = fits.fit(candidate, request.options)?;
     let values: Values = (0..table.channels().len()).map(|channel| table.formula_values(channel)).collect();
+    let cost = studio.cost(expression, &values);
     let tried = |precision: Precision| -> Result<(Tried, Image), Error> {
         let (image, differences) = studio.look(expression, &values, precision)?;
         let finer = finer.map(|finer| finer.look(expression, &values, precision)).transpose()?;
@@ -276,7 +276,7 @@ fn try_model(
             model: expression.canonical(),
             free: candidate.free.to_vec(),
             precision: precision.name(),
-            cost: studio.cost(expression, &values),
+            cost,
             parameters: table.parameter_values(),
             passes: false,
             differences,

@@ -42,9 +42,8 @@ pub(super) struct Studio {
     pub(super) measured: Image,
     /// Pixels that count.
     pub(super) compared: Vec<bool>,
-    /// Of the view's samples, and once more as pairs.
-    directions: Directions,
-    pairs: Vec<Pair>,
+    /// Of the view's samples.
+    pub(super) directions: Directions,
 }
 
 impl Studio {
@@ -59,13 +58,20 @@ impl Studio {
         let measured = image(&view, &known, &there.values)?;
         let importance = Importance::new(&view, &known);
         let compared = importance.compared(&view);
-        let directions = view.directions();
-        Ok(Self { view, importance, values: there.values, known, measured, compared, directions, pairs })
+        let directions = Directions::Scattered(pairs);
+        Ok(Self { view, importance, values: there.values, known, measured, compared, directions })
+    }
+
+    fn pairs(&self) -> &[Pair] {
+        match &self.directions {
+            Directions::Scattered(pairs) => pairs,
+            Directions::Grid { .. } => &[],
+        }
     }
 
     /// Operations of one evaluation.
     pub(super) fn cost(&self, expression: &Expression, values: &Values) -> u64 {
-        values.first().map_or(0, |first| counted(expression, first, &self.pairs).0.weighted())
+        values.first().map_or(0, |first| counted(expression, first, self.pairs()).0.weighted())
     }
 
     /// The image that a model makes, and how far it is from the measured one.
@@ -81,7 +87,7 @@ impl Studio {
         let rows = match precision {
             Precision::Double => expression.values(&self.directions, values),
             Precision::Single => {
-                values.iter().map(|values| in_single_precision(expression, values, &self.pairs)).collect()
+                values.iter().map(|values| in_single_precision(expression, values, self.pairs())).collect()
             }
         };
         let image = image(&self.view, &self.known, &rows)?;

@@ -15,14 +15,11 @@ pub(super) enum Target {
     Colour(ColourTarget),
 }
 
-/// Radiances below this do not have a useful logarithm of 1 + x; interpolation can make them negative.
-const LOG_FLOOR: f64 = -0.99;
-
 impl Target {
     pub(super) fn new(metric: Metric, measured: [f64; 3]) -> Self {
         match metric {
             Metric::L2 => Self::Radiance(measured.into()),
-            Metric::Log => Self::Logarithm(Vector3::from(measured).map(|x| x.max(LOG_FLOOR).ln_1p())),
+            Metric::Log => Self::Logarithm(Vector3::from(measured).map(|x| metric.measured(x).ln_1p())),
             Metric::Cbrt => Self::Colour(ColourTarget::new(measured)),
         }
     }
@@ -34,7 +31,8 @@ impl fit::Target for Target {
         match self {
             Self::Radiance(measured) => (x - measured, Matrix3::identity()),
             Self::Logarithm(measured) => {
-                let x = x.map(|x| x.max(LOG_FLOOR));
+                // Interpolation, and nothing else, can make radiances negative.
+                let x = x.map(|x| Metric::Log.measured(x));
                 (x.map(f64::ln_1p) - measured, Matrix3::from_diagonal(&x.map(|x| 1.0 / (1.0 + x))))
             }
             Self::Colour(target) => target.compare(x.into()),
