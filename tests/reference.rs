@@ -8,7 +8,9 @@ use brdfit::math::{Dual, Real, Scalar};
 use brdfit::model::parts::distribution::Distribution;
 use brdfit::model::parts::fresnel::Fresnel;
 use brdfit::model::parts::shadowing::Shadowing;
-use brdfit::model::{AnyModel, BasisBlock, Derivatives, Expression, Part, REGISTRY, Role, Values, Visitor};
+use brdfit::model::{
+    AnyModel, BasisBlock, Derivatives, Expression, Kernel, Part, REGISTRY, Role, Values, Visitor,
+};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -134,11 +136,16 @@ struct Outputs<'a, T: Scalar> {
 impl<T: Scalar> Visitor for Outputs<'_, T> {
     fn part<P: Part>(&mut self, first: usize) {
         let prepared = P::prepare(Values::new(&self.shapes[first..first + P::SHAPES]));
-        self.found.extend(P::at(&prepared, self.geometry).as_ref().iter().take(P::FUNCTIONS));
+        let output = P::Kernel::at(&prepared, self.geometry);
+        self.found.extend(output.as_ref().iter().take(P::Kernel::FUNCTIONS));
     }
 
     fn next_term(&mut self) {
         panic!("a part is one product");
+    }
+
+    fn mirror_light(&mut self) {
+        panic!("parts are shown as they are");
     }
 }
 

@@ -162,6 +162,18 @@ impl Block {
         }
     }
 
+    /// The same pairs of directions with the light mirrored about the normal.
+    #[must_use]
+    pub fn with_light_mirrored(&self) -> Self {
+        let mut mirrored = self.clone();
+        // Samples that share a half vector now share none.
+        mirrored.rings.clear();
+        let [x, y, _] = &mut mirrored.wi;
+        x.iter_mut().chain(y.iter_mut()).for_each(|component| *component = -*component);
+        Arch::new().dispatch(HalfVectors(&mut mirrored));
+        mirrored
+    }
+
     fn set(&mut self, place: usize, geometry: &Geometry<f64>) {
         put(&mut self.wi, place, geometry.wi);
         put(&mut self.wo, place, geometry.wo);

@@ -47,6 +47,14 @@ impl<R: Real> Geometry<R> {
         Self { wi, wo, h: [x / length, y / length, z / length], cos_d, one_less_cos_d }
     }
 
+    /// The same directions with the light mirrored about the normal.
+    #[must_use]
+    #[inline(always)]
+    pub fn with_light_mirrored(&self) -> Self {
+        let [x, y, z] = self.wi;
+        Self::new([-x, -y, z], self.wo)
+    }
+
     /// Cosine of the angle of incidence, n.wi.
     #[inline(always)]
     #[must_use]

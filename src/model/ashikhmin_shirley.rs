@@ -21,7 +21,7 @@
 //! not been searched.
 
 use super::parts::fresnel::{FresnelReflectance, Schlick};
-use super::{Choices, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::PI;
@@ -60,19 +60,23 @@ impl<T: Scalar> Exponents<T> {
 /// The lobe without its reflectance and base, the same exponent along x and y.
 pub(super) struct IsotropicLobe;
 
-impl Part for IsotropicLobe {
-    const SHAPES: usize = 1;
+impl Kernel for IsotropicLobe {
     type Prepared<T: Scalar> = Exponents<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponents<T> {
-        let [n] = shapes.take();
-        Exponents::new(n, n)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(exponents: &Exponents<T>, g: &Geometry<T::Real>) -> [T; 1] {
         [exponents.lobe(g)]
+    }
+}
+
+impl Part for IsotropicLobe {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponents<T> {
+        let [n] = shapes.take();
+        Exponents::new(n, n)
     }
 }
 
@@ -81,16 +85,10 @@ pub(super) fn exponent(name: &'static str, summary: &'static str) -> ParamSpec {
     ParamSpec::shape(name, summary, (0.01, 1e6), (2.0, 1e5), 30.0, Scale::Log)
 }
 
-impl Part for AshikhminShirley {
-    const SHAPES: usize = 2;
+impl Kernel for AshikhminShirley {
     const FUNCTIONS: usize = 3;
     type Prepared<T: Scalar> = Exponents<T>;
     type Output<T: Scalar> = [T; 3];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponents<T> {
-        let [nu, nv] = shapes.take();
-        Exponents::new(nu, nv)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(e: &Exponents<T>, g: &Geometry<T::Real>) -> [T; 3] {
@@ -105,6 +103,16 @@ impl Part for AshikhminShirley {
         };
         let diffuse: T::Real = (rise(g.cos_i()) * rise(g.cos_o())).times(28.0 / (23.0 * PI));
         [T::from_real(diffuse), lobe * fallen, lobe * risen]
+    }
+}
+
+impl Part for AshikhminShirley {
+    type Kernel = Self;
+    const SHAPES: usize = 2;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponents<T> {
+        let [nu, nv] = shapes.take();
+        Exponents::new(nu, nv)
     }
 }
 

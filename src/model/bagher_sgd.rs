@@ -34,7 +34,7 @@
 use super::lambert::Lambert;
 use super::parts::distribution::{Distribution, relative_exp_m1};
 use super::parts::fresnel::{Constants, FresnelReflectance, Schlick};
-use super::{Choices, Model, ParamSpec, Part, Scale, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::FRAC_1_PI;
@@ -71,15 +71,9 @@ impl<T: Scalar> Fall<T> {
     }
 }
 
-impl Part for Shadowing {
-    const SHAPES: usize = 4;
+impl Kernel for Shadowing {
     type Prepared<T: Scalar> = Fall<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Fall<T> {
-        let [lambda, c, k, theta0] = shapes.take();
-        Fall([lambda, c.ln(), k, theta0])
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(fall: &Fall<T>, g: &Geometry<T::Real>) -> [T; 1] {
@@ -88,24 +82,38 @@ impl Part for Shadowing {
     }
 }
 
+impl Part for Shadowing {
+    type Kernel = Self;
+    const SHAPES: usize = 4;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Fall<T> {
+        let [lambda, c, k, theta0] = shapes.take();
+        Fall([lambda, c.ln(), k, theta0])
+    }
+}
+
 /// 1 - s, s and mu.
 struct Fresnel;
 
-impl Part for Fresnel {
-    const SHAPES: usize = 0;
+impl Kernel for Fresnel {
     const FUNCTIONS: usize = 3;
     const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 3];
 
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
-        Schlick::prepare(shapes)
-    }
-
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 3] {
         let [fallen, risen, _] = Schlick::factors::<T>(constants, g.cos_d, g.one_less_cos_d);
         [fallen, risen, T::from_real(g.cos_d)]
+    }
+}
+
+impl Part for Fresnel {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
+        Schlick::prepare(shapes)
     }
 }
 

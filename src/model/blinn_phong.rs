@@ -19,7 +19,7 @@
 //! about 1/4. Finite everywhere, without a rise at grazing; n -> 0: constant.
 
 use super::phong::{Exponent, exponent};
-use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 
@@ -27,20 +27,24 @@ use crate::math::Scalar;
 #[derive(Clone, Copy, Debug)]
 pub struct BlinnPhong;
 
-impl Part for BlinnPhong {
-    const SHAPES: usize = 1;
+impl Kernel for BlinnPhong {
     const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = Exponent<T>;
     type Output<T: Scalar> = [T; 1];
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponent<T> {
-        let [n] = shapes.take();
-        Exponent::new(n)
-    }
-
     #[inline(always)]
     fn at<T: Scalar>(exponent: &Exponent<T>, g: &Geometry<T::Real>) -> [T; 1] {
         [exponent.lobe(g.ln_cos_h())]
+    }
+}
+
+impl Part for BlinnPhong {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponent<T> {
+        let [n] = shapes.take();
+        Exponent::new(n)
     }
 }
 

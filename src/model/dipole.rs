@@ -26,7 +26,7 @@
 //! At grazing Ft and f go to 0.
 
 use super::parts::fresnel::{Constants, index_constants, index_transmittance};
-use super::{Choices, Model, ParamSpec, Part, Scale, Sharing, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Scale, Sharing, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use std::f64::consts::FRAC_1_PI;
@@ -51,16 +51,10 @@ fn diffuse_reflectance<T: Scalar>(albedo_prime: T, eta: T) -> T {
 /// Rd/pi: the same at all angles, so that a block evaluates it once where it can.
 struct Reflectance;
 
-impl Part for Reflectance {
-    const SHAPES: usize = 2;
+impl Kernel for Reflectance {
     const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = T;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> T {
-        let [albedo_prime, eta] = shapes.take();
-        diffuse_reflectance(albedo_prime, eta).times(FRAC_1_PI)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(reflectance: &T, _: &Geometry<T::Real>) -> [T; 1] {
@@ -68,23 +62,37 @@ impl Part for Reflectance {
     }
 }
 
+impl Part for Reflectance {
+    type Kernel = Self;
+    const SHAPES: usize = 2;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> T {
+        let [albedo_prime, eta] = shapes.take();
+        diffuse_reflectance(albedo_prime, eta).times(FRAC_1_PI)
+    }
+}
+
 /// Ft(ci) Ft(co): the same for all channels.
 struct Transmittance;
 
-impl Part for Transmittance {
-    const SHAPES: usize = 1;
+impl Kernel for Transmittance {
     type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
-        let [eta] = shapes.take();
-        index_constants(eta)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
         let through = |cos: T::Real| index_transmittance(constants, cos);
         [through(g.cos_i()) * through(g.cos_o())]
+    }
+}
+
+impl Part for Transmittance {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
+        let [eta] = shapes.take();
+        index_constants(eta)
     }
 }
 

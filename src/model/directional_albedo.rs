@@ -17,11 +17,12 @@
 //! two. The nodes of the quadrature stand at directions that no shape moves: with the logarithm of tan(theta_h) as the variable the
 //! peak of every roughness from 1e-4 to 1 has the same width, and the panels end where wo, mirrored by the facet, first
 //! meets the horizon. So E is as smooth in the shapes as the lobe is, and dual numbers differentiate it.
+#![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
-use super::parts::distribution::Distribution;
+use super::parts::distribution::{Density, Ggx, Isotropic, Shadows};
 use super::parts::fresnel::{DielectricIndex, Reflectance};
-use super::parts::shadowing::Shadowing;
-use super::{Part, Values, Visitor};
+use super::parts::shadowing::Smith;
+use super::{Kernel, Part, Values};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar, count};
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -98,44 +99,26 @@ static WITHIN_CELL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
     nodes
 });
 
-/// The surface's lobe, of shapes m and eta.
-fn show_surface(visitor: &mut impl Visitor) {
-    Distribution::Ggx.show(visitor);
-    Shadowing::Smith.show(Distribution::Ggx, visitor);
-    visitor.part::<Reflectance<DielectricIndex>>(1);
-}
-
-/// Multiplies the parts of a lobe at every node.
-struct OverNodes<'a, T> {
-    nodes: &'a [Node],
-    shapes: &'a [T],
-    products: Vec<T>,
-}
-
-impl<T: Scalar> Visitor for OverNodes<'_, T> {
-    fn part<P: Part>(&mut self, first: usize) {
-        let shapes = self.shapes.get(first..first + P::SHAPES).unwrap_or_default();
-        let prepared = P::prepare(Values::new(shapes));
-        for (product, node) in self.products.iter_mut().zip(self.nodes) {
-            let Geometry { wi, wo, h, cos_d, one_less_cos_d } = node.geometry;
-            let [wi, wo, h] = [wi, wo, h].map(|v| v.map(T::Real::literal));
-            let [cos_d, one_less_cos_d] = [cos_d, one_less_cos_d].map(T::Real::literal);
-            let g = Geometry { wi, wo, h, cos_d, one_less_cos_d };
-            if let Some(factor) = P::at(&prepared, &g).as_ref().first() {
-                *product = *product * *factor;
-            }
-        }
+/// Multiplies `products` by a part at every node.
+fn multiply<P: Part, T: Scalar>(products: &mut [T], nodes: &[Node], shapes: &[T]) {
+    let prepared = P::prepare(Values::new(shapes));
+    for (product, node) in products.iter_mut().zip(nodes) {
+        let Geometry { wi, wo, h, cos_d, one_less_cos_d } = node.geometry;
+        let [wi, wo, h] = [wi, wo, h].map(|v| v.map(T::Real::literal));
+        let [cos_d, one_less_cos_d] = [cos_d, one_less_cos_d].map(T::Real::literal);
+        let g = Geometry { wi, wo, h, cos_d, one_less_cos_d };
+        let factor = P::Kernel::at(&prepared, &g).as_ref()[0];
+        *product = *product * factor;
     }
-
-    fn next_term(&mut self) {}
 }
 
 /// E at a place of the table.
-fn albedo<T: Scalar>(nodes: &[Node], shapes: &[T]) -> T {
-    let products = nodes.iter().map(|node| T::constant(node.weight)).collect();
-    let mut lobe = OverNodes { nodes, shapes, products };
-    show_surface(&mut lobe);
-    lobe.products.into_iter().fold(T::constant(0.0), |sum, product| sum + product)
+fn albedo<T: Scalar>(nodes: &[Node], m: T, eta: T) -> T {
+    let mut products: Vec<T> = nodes.iter().map(|node| T::constant(node.weight)).collect();
+    multiply::<Density<Ggx<Isotropic>>, T>(&mut products, nodes, &[m]);
+    multiply::<<Smith as Shadows>::Visibility<Ggx<Isotropic>>, T>(&mut products, nodes, &[m]);
+    multiply::<Reflectance<DielectricIndex>, T>(&mut products, nodes, &[eta]);
+    products.into_iter().fold(T::constant(0.0), |sum, product| sum + product)
 }
 
 /// 1 - E as a function of x, and 1/(1 - Ea).
@@ -151,7 +134,7 @@ impl<T: Scalar> Transmittance<T> {
     pub fn new(m: T, eta: T) -> Self {
         let mut nodes = [[T::constant(0.0); 2]; CELLS + 1];
         for ([value, _], places) in nodes.iter_mut().zip(NODES.iter()) {
-            *value = (-albedo(places, &[m, eta])).plus(1.0);
+            *value = (-albedo(places, m, eta)).plus(1.0);
         }
         let values = nodes.map(|[value, _]| value);
         // Differences that are exact for polynomials of the fourth degree, of the third at the ends.
@@ -185,7 +168,6 @@ impl<T: Scalar> Transmittance<T> {
 
     /// The cubic of a cell.
     #[inline(always)]
-    #[expect(clippy::indexing_slicing, reason = "the cell is kept inside the table")]
     fn within(&self, cell: usize, t: T::Real) -> T {
         let [[a, da], [b, db]] = [self.nodes[cell], self.nodes[cell + 1]];
         let rise: T = b - a;
@@ -206,20 +188,24 @@ impl<T: Scalar> Transmittance<T> {
 /// What a layer below the surface looks like through it, compared with bare. Shapes m and eta.
 pub(super) struct Through;
 
-impl Part for Through {
-    const SHAPES: usize = 2;
-    const PREPARES_LONG: bool = true;
+impl Kernel for Through {
     type Prepared<T: Scalar> = Transmittance<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Transmittance<T> {
-        let [m, eta] = shapes.take();
-        Transmittance::new(m, eta)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(table: &Transmittance<T>, g: &Geometry<T::Real>) -> [T; 1] {
         [table.of(g.cos_i()) * table.of(g.cos_o()) * table.inverse_mean]
+    }
+}
+
+impl Part for Through {
+    type Kernel = Self;
+    const SHAPES: usize = 2;
+    const PREPARES_LONG: bool = true;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Transmittance<T> {
+        let [m, eta] = shapes.take();
+        Transmittance::new(m, eta)
     }
 }
 

@@ -32,11 +32,12 @@
 //! at grazing, as its diffuse lobe is not: with everything at 1 the largest albedo found up to 89.9 degrees is 1.647, there.
 
 use super::disney_diffuse::DisneyDiffuse;
-use super::parts::distribution::Distribution;
-use super::parts::fresnel::{Fresnel, FresnelReflectance, Schlick};
-use super::parts::shadowing::Shadowing;
-use super::reshaped::{Reshape, reshaped};
-use super::{Choices, Model, ParamSpec, Part, Scale, Sharing, Sharper, Values, Visitor};
+use super::parts::distribution::{Anisotropic, Density, Ggx, Gtr, Isotropic, Shadows};
+use super::parts::fresnel::{FresnelReflectance, Reflectance, Schlick};
+use super::parts::shadowing::SmithUncorrelated;
+use super::{
+    Choices, Kernel, Model, ParamSpec, Part, Reshape, Reshaped, Scale, Sharing, Sharper, Values, Visitor,
+};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::FRAC_1_PI;
@@ -98,18 +99,15 @@ impl Reshape for CoatShadowing {
     }
 }
 
+/// The shadowing of both lobes, which have each an m of their own for it.
+type Visibility = <SmithUncorrelated as Shadows>::Visibility<Ggx<Isotropic>>;
+
 /// S/pi.
 struct Subsurface;
 
-impl Part for Subsurface {
-    const SHAPES: usize = 1;
+impl Kernel for Subsurface {
     type Prepared<T: Scalar> = T;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> T {
-        let [r] = shapes.take();
-        r
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(r: &T, g: &Geometry<T::Real>) -> [T; 1] {
@@ -127,21 +125,35 @@ impl Part for Subsurface {
     }
 }
 
+impl Part for Subsurface {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> T {
+        let [r] = shapes.take();
+        r
+    }
+}
+
 /// (1 - wi.h)^5
 struct Sheen;
 
-impl Part for Sheen {
-    const SHAPES: usize = 0;
+impl Kernel for Sheen {
     const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = ();
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
         [T::from_real(g.one_less_cos_d.fifth_power())]
     }
+}
+
+impl Part for Sheen {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 }
 
 impl Model for Disney2012 {
@@ -184,14 +196,13 @@ impl Model for Disney2012 {
         visitor.next_term();
         visitor.part::<Sheen>(0);
         visitor.next_term();
-        Distribution::GgxAnisotropic.show(&mut reshaped::<Highlight, _>(visitor, ROUGHNESS));
-        Shadowing::SmithUncorrelated
-            .show(Distribution::Ggx, &mut reshaped::<HighlightShadowing, _>(visitor, ROUGHNESS));
-        Fresnel::Schlick.show(0, visitor);
+        visitor.part::<Reshaped<Density<Ggx<Anisotropic>>, Highlight>>(ROUGHNESS);
+        visitor.part::<Reshaped<Visibility, HighlightShadowing>>(ROUGHNESS);
+        visitor.part::<Reflectance<Schlick>>(0);
         visitor.next_term();
-        Distribution::Gtr.show(&mut reshaped::<Coat, _>(visitor, CLEARCOAT_GLOSS));
-        Shadowing::SmithUncorrelated.show(Distribution::Ggx, &mut reshaped::<CoatShadowing, _>(visitor, 0));
-        Fresnel::Schlick.show(0, visitor);
+        visitor.part::<Reshaped<Density<Gtr>, Coat>>(CLEARCOAT_GLOSS);
+        visitor.part::<Reshaped<Visibility, CoatShadowing>>(0);
+        visitor.part::<Reflectance<Schlick>>(0);
     }
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 7] {

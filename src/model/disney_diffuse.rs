@@ -19,7 +19,7 @@
 //! than it receives, 1.554 at 89.9 degrees, the largest albedo found up to there.
 
 use super::oren_nayar::roughness;
-use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::FRAC_1_PI;
@@ -28,20 +28,24 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug)]
 pub struct DisneyDiffuse;
 
-impl Part for DisneyDiffuse {
-    const SHAPES: usize = 1;
+impl Kernel for DisneyDiffuse {
     type Prepared<T: Scalar> = T;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> T {
-        let [r] = shapes.take();
-        r.times(2.0)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(twice_r: &T, g: &Geometry<T::Real>) -> [T; 1] {
         let cos2: T::Real = g.cos_d * g.cos_d;
         [towards_grazing((*twice_r * cos2).plus(-0.5), g).times(FRAC_1_PI)]
+    }
+}
+
+impl Part for DisneyDiffuse {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> T {
+        let [r] = shapes.take();
+        r.times(2.0)
     }
 }
 

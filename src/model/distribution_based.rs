@@ -24,7 +24,7 @@ use super::cook_torrance::{CookTorrance, DISTRIBUTION, FRESNEL};
 use super::parts::distribution::Distribution;
 use super::parts::fresnel::Fresnel;
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Values, Visitor};
+use super::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 
@@ -35,12 +35,9 @@ pub struct DistributionBased(CookTorrance);
 /// (n.h)/(4 (ci + co - ci co))
 struct Denominator;
 
-impl Part for Denominator {
-    const SHAPES: usize = 0;
+impl Kernel for Denominator {
     type Prepared<T: Scalar> = ();
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
@@ -50,6 +47,13 @@ impl Part for Denominator {
         let factor: T::Real = g.cos_h() / sum.times(4.0);
         [T::from_real(factor)]
     }
+}
+
+impl Part for Denominator {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 }
 
 impl Model for DistributionBased {

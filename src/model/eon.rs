@@ -24,7 +24,7 @@
 //! conserving, without loss at albedo 1; finite at grazing. Beyond albedo 1 there is no such surface.
 
 use super::oren_nayar::{FUJII, SingleBounce, roughness};
-use super::{Choices, Model, ParamSpec, Part, Scale, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
@@ -66,17 +66,10 @@ fn missing<R: Real>(cos: R, sin2: R) -> R {
     missing.times(FRAC_1_PI)
 }
 
-impl Part for Bounces {
-    const SHAPES: usize = 1;
+impl Kernel for Bounces {
     const FUNCTIONS: usize = 2;
     type Prepared<T: Scalar> = BouncesOf<T>;
     type Output<T: Scalar> = [T; 2];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> BouncesOf<T> {
-        let [r] = shapes.take();
-        let single = SingleBounce::new(r);
-        BouncesOf { single, later: (single.scale * r).times(1.0 / MISSING) }
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(bounces: &BouncesOf<T>, g: &Geometry<T::Real>) -> [T; 2] {
@@ -87,26 +80,41 @@ impl Part for Bounces {
     }
 }
 
+impl Part for Bounces {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> BouncesOf<T> {
+        let [r] = shapes.take();
+        let single = SingleBounce::new(r);
+        BouncesOf { single, later: (single.scale * r).times(1.0 / MISSING) }
+    }
+}
+
 /// What the facets' albedo makes of single and later bounces.
 struct Absorption;
 
-impl Part for Absorption {
-    const SHAPES: usize = 2;
+impl Kernel for Absorption {
     const FUNCTIONS: usize = 2;
     const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = [T; 2];
     type Output<T: Scalar> = [T; 2];
+
+    #[inline(always)]
+    fn at<T: Scalar>(factors: &[T; 2], _: &Geometry<T::Real>) -> [T; 2] {
+        *factors
+    }
+}
+
+impl Part for Absorption {
+    type Kernel = Self;
+    const SHAPES: usize = 2;
 
     fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
         let [r, albedo] = shapes.take();
         let mean = mean_albedo(r);
         let lost = albedo * (-mean).plus(1.0);
         [albedo, albedo * albedo * mean / (-lost).plus(1.0)]
-    }
-
-    #[inline(always)]
-    fn at<T: Scalar>(factors: &[T; 2], _: &Geometry<T::Real>) -> [T; 2] {
-        *factors
     }
 }
 

@@ -2,111 +2,149 @@
 //!
 //! A lobe's basis functions are products of [`Part`]s, each a formula with shapes of its own: a microfacet lobe
 //! is a distribution times a visibility times a Fresnel reflectance. Here the parts run over a block one by one,
-//! each in a loop over rows of known length without branches, which the compiler turns into packed instructions;
-//! the product rule joins what they find. So every formula is written once, for one sample, the number of compiled
-//! loops grows with the sum of the parts and not with their combinations, and a part whose shapes have not changed
-//! from one channel to the next is not evaluated again.
+//! each in the loop of its [`Kernel`], over rows of known length without branches, which the compiler turns into packed
+//! instructions; the product rule joins what they find. So every formula is written once, for one sample, the number of
+//! compiled loops is that of the kernels, and a part whose shapes have not changed from one channel to the next is not
+//! evaluated again.
 //!
 //! The loops are compiled for several instruction sets, of which the widest that the machine has is chosen when
 //! the program runs. All round alike: none of them may fuse a product and a sum.
+//!
+//! Little here is generic. A model shows its parts by type; [`ErasedPart`] keeps of each the few numbers and the functions that
+//! differ, and everything else is compiled once.
+#![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
-use super::Values;
-use crate::geometry::{BLOCK, Block, Geometry, Row};
-use crate::math::{Dual, Scalar};
+use super::part::{Derivatives, Kernel, Part, PreparedBy, Visitor};
+use super::values::Values;
+use crate::geometry::{BLOCK, Block, Row};
+use crate::math::Dual;
 use pulp::{Arch, Simd, WithSimd};
 use std::any::{Any, TypeId};
 use std::fmt;
 use std::sync::Arc;
 
-/// One factor of the basis functions of a lobe.
-///
-/// [`Part::at`], and whatever it calls, must be `#[inline(always)]` and choose by [`Scalar::if_less`]: a call or a
-/// branch would keep the loop over a block from being packed.
-pub trait Part: 'static {
-    /// How many shapes it takes.
-    const SHAPES: usize;
-    /// How many functions it has: one per basis function of the lobe, or one that multiplies them all.
-    const FUNCTIONS: usize = 1;
-    /// Whether it depends on the half vector and the difference angle alone: on the samples of a grid, which share
-    /// these by the hundred, it is evaluated once for all that do.
-    const SHARED_ON_RINGS: bool = false;
-    /// Whether preparing takes longer than a block: it is then done once per pass over the samples, for all threads.
-    const PREPARES_LONG: bool = false;
-    /// Quantities that depend on the shapes alone, computed anew only when these have changed. Quickly cloned: what
-    /// is large stands behind an `Arc`.
-    type Prepared<T: Scalar>: Clone + Send + Sync + 'static;
-    /// A value per function.
-    type Output<T: Scalar>: AsRef<[T]>;
-
-    /// Everything that depends on the shapes alone. Shapes come in declared order, in formula units (radians).
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Self::Prepared<T>;
-
-    /// The functions at one pair of directions, both above the horizon.
-    fn at<T: Scalar>(prepared: &Self::Prepared<T>, geometry: &Geometry<T::Real>) -> Self::Output<T>;
-}
-
-/// Is shown every part of a lobe in turn.
-pub trait Visitor {
-    /// A part whose shapes begin with the lobe's shape number `first`.
-    fn part<P: Part>(&mut self, first: usize);
-
-    /// Ends a product: the parts that follow make further basis functions, after those of the parts before.
-    fn next_term(&mut self);
-}
-
 /// Basis functions of one lobe on a block, and their derivatives with respect to the lobe's shapes.
 #[derive(Clone, Debug, Default)]
 pub struct BasisBlock {
-    /// The instruction set; none for the widest that there is.
+    /// The instruction set; `None` means the widest that the machine has.
     arch: Option<Arch>,
     parts: Vec<PartBlock>,
     values: Vec<Row>,
     /// Per shape, a row per function.
     partials: Vec<Vec<Row>>,
-}
-
-/// Which of a lobe's shapes its basis functions are differentiated by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Derivatives<'a> {
-    /// None.
-    None,
-    /// All.
-    All,
-    /// Those that are marked, one mark per shape; others that share a part with them may be, too.
-    Of(&'a [bool]),
-}
-
-impl Derivatives<'_> {
-    /// Whether any shape of a part is among them, whose shapes begin at `first`.
-    fn reach<P: Part>(self, first: usize) -> bool {
-        match self {
-            Self::None => false,
-            Self::All => P::SHAPES > 0,
-            Self::Of(marks) => {
-                marks.get(first..first + P::SHAPES).is_some_and(|marks| marks.iter().any(|mark| *mark))
-            }
-        }
-    }
+    /// The block with the light mirrored, once a part has asked for it.
+    mirrored: Option<Box<Block>>,
 }
 
 /// One part on a block.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct PartBlock {
-    /// Which part it is.
-    part: Option<TypeId>,
+    part: ErasedPart,
+    /// Which of the lobe's shapes is the part's first.
+    first: usize,
+    /// Whether the light is mirrored.
+    mirrored: bool,
     /// Whether it was evaluated on this block, for which shapes, and whether with derivatives.
     evaluated: bool,
     shapes: Vec<f64>,
     differentiated: bool,
-    first: usize,
     /// The product that it belongs to.
     term: usize,
-    functions: usize,
     /// A row per function.
     values: Vec<Row>,
     /// For each of the part's shapes, a row per function.
     partials: Vec<Row>,
     prepared: Preparations,
+}
+
+/// A part without its type.
+#[derive(Clone, Copy)]
+struct ErasedPart {
+    id: TypeId,
+    shapes: usize,
+    functions: usize,
+    prepares_long: bool,
+    /// By the number of derivatives.
+    rounds: [Round; ROUND + 1],
+}
+
+/// What a part does in one round of evaluation, which finds some of its derivatives.
+#[derive(Clone, Copy)]
+struct Round {
+    derivatives: usize,
+    /// Runs the kernel over a block, into rows for values and partials.
+    run: fn(Place<'_>, &mut Preparations, &mut [Row], &mut [Row]),
+    /// Prepares the kernel for some shapes, of which those from the given one on are differentiated.
+    prepare: fn(&[f64], usize) -> Arc<dyn Any + Send + Sync>,
+}
+
+/// Where a round is evaluated.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    arch: Arch,
+    block: &'a Block,
+    shapes: &'a [f64],
+    /// The first of the shapes that this round differentiates by.
+    offset: usize,
+}
+
+/// Derivatives that one round of evaluation finds: dual numbers with more do not fit into the registers.
+const ROUND: usize = 3;
+
+impl Round {
+    const fn of<P: Part, const N: usize>() -> Self {
+        Self {
+            derivatives: N,
+            run: run::<P, N>,
+            prepare: |shapes, offset| Arc::new(prepare::<P, N>(shapes, offset)),
+        }
+    }
+}
+
+impl ErasedPart {
+    fn of<P: Part>() -> Self {
+        // Only the loops that the part needs are compiled; in the place of the others stands the one without derivatives.
+        let rounds = const {
+            let plain = Round::of::<P, 0>();
+            let last = P::SHAPES % ROUND;
+            [
+                plain,
+                if last == 1 { Round::of::<P, 1>() } else { plain },
+                if last == 2 { Round::of::<P, 2>() } else { plain },
+                if P::SHAPES >= ROUND { Round::of::<P, 3>() } else { plain },
+            ]
+        };
+        Self {
+            id: TypeId::of::<P>(),
+            shapes: P::SHAPES,
+            functions: P::Kernel::FUNCTIONS,
+            prepares_long: P::PREPARES_LONG,
+            rounds,
+        }
+    }
+
+    /// The round that finds `derivatives` derivatives.
+    fn round(&self, derivatives: usize) -> Round {
+        let round = self.rounds[derivatives];
+        assert_eq!(round.derivatives, derivatives, "a part has the rounds that its shapes need");
+        round
+    }
+
+    /// The rounds that find all derivatives, each with its first shape; or the one that finds none.
+    fn rounds(&self, differentiated: bool) -> impl Iterator<Item = (usize, Round)> + '_ {
+        let shapes = if differentiated { self.shapes } else { 0 };
+        let offsets = (0..shapes.max(1)).step_by(ROUND);
+        offsets.map(move |offset| (offset, self.round(ROUND.min(shapes - offset))))
+    }
+}
+
+impl fmt::Debug for ErasedPart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ErasedPart")
+            .field("id", &self.id)
+            .field("shapes", &self.shapes)
+            .finish_non_exhaustive()
+    }
 }
 
 /// What a part has prepared. Some prepare by quadrature, which must not be repeated for every block.
@@ -123,51 +161,141 @@ struct Preparations {
 struct Prepared {
     shapes: Vec<f64>,
     offset: usize,
+    /// [`PreparedBy`] the part in dual numbers with as many derivatives as the round has.
+    derivatives: usize,
     content: Arc<dyn Any + Send + Sync>,
 }
 
 impl Prepared {
-    fn new<T: Clone + Send + Sync + 'static>(shapes: &[f64], offset: usize, content: T) -> Self {
-        Self { shapes: shapes.to_vec(), offset, content: Arc::new(content) }
+    fn is_for(&self, shapes: &[f64], offset: usize, derivatives: usize) -> bool {
+        self.shapes == shapes && self.offset == offset && self.derivatives == derivatives
     }
-
-    fn of<T: Clone + 'static>(&self, shapes: &[f64], offset: usize) -> Option<T> {
-        let same = self.shapes == shapes && self.offset == offset;
-        self.content.downcast_ref::<T>().filter(|_| same).cloned()
-    }
-}
-
-impl Preparations {
-    /// What was prepared of the same shapes before, or is now.
-    fn of<P: Part, const N: usize>(&mut self, shapes: &[f64], offset: usize) -> P::Prepared<Dual<f64, N>> {
-        let known = self.last.iter().chain(&self.lasting).find_map(|known| known.of(shapes, offset));
-        known.unwrap_or_else(|| {
-            let content = prepare::<P, N>(shapes, offset);
-            // The place is used again where it is one of the same kind that nobody shares.
-            let place = self.last.as_mut().and_then(|last| {
-                let place = Arc::get_mut(&mut last.content)?.downcast_mut::<P::Prepared<Dual<f64, N>>>()?;
-                last.shapes.clear();
-                last.shapes.extend(shapes);
-                last.offset = offset;
-                Some(place)
-            });
-            match place {
-                Some(place) => *place = content.clone(),
-                None => self.last = Some(Prepared::new(shapes, offset, content.clone())),
-            }
-            content
-        })
-    }
-}
-
-fn prepare<P: Part, const N: usize>(shapes: &[f64], offset: usize) -> P::Prepared<Dual<f64, N>> {
-    let seed = |(j, shape): (usize, &f64)| Dual::<f64, N>::variable(*shape, j.wrapping_sub(offset));
-    P::prepare(Values::new(&shapes.iter().enumerate().map(seed).collect::<Vec<_>>()))
 }
 
 impl fmt::Debug for Prepared {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Prepared").field("shapes", &self.shapes).finish_non_exhaustive()
+    }
+}
+
+impl Preparations {
+    /// What was prepared for the same shapes before, or is now.
+    fn get<T: Clone + Send + Sync + 'static>(
+        &mut self,
+        shapes: &[f64],
+        offset: usize,
+        derivatives: usize,
+        prepare: fn(&[f64], usize) -> T,
+    ) -> T {
+        let mut known = self.last.iter().chain(&self.lasting);
+        let known = known.find(|known| known.is_for(shapes, offset, derivatives));
+        if let Some(content) = known.and_then(|known| known.content.downcast_ref::<T>()) {
+            return content.clone();
+        }
+        let content = prepare(shapes, offset);
+        // The place is used again where it holds the same type and nobody shares it.
+        if let Some(last) = &mut self.last
+            && let Some(place) = Arc::get_mut(&mut last.content).and_then(|place| place.downcast_mut::<T>())
+        {
+            *place = content.clone();
+            last.shapes.clear();
+            last.shapes.extend(shapes);
+            (last.offset, last.derivatives) = (offset, derivatives);
+        } else {
+            let (shapes, content) = (shapes.to_vec(), Arc::new(content.clone()));
+            self.last = Some(Prepared { shapes, offset, derivatives, content });
+        }
+        content
+    }
+}
+
+/// Prepares a kernel in dual numbers with `N` derivatives, for the shapes `offset..offset + N`.
+fn prepare<P: Part, const N: usize>(shapes: &[f64], offset: usize) -> PreparedBy<P, Dual<f64, N>> {
+    P::prepare(Values::new(&seeds(shapes, offset)))
+}
+
+/// The shapes as dual numbers, those from `offset` on with a derivative each.
+fn seeds<const N: usize>(shapes: &[f64], offset: usize) -> Vec<Dual<f64, N>> {
+    let seed = |(j, shape): (usize, &f64)| Dual::variable(*shape, j.wrapping_sub(offset));
+    shapes.iter().enumerate().map(seed).collect()
+}
+
+/// Runs a part over a block with `N` derivatives, for its shapes `offset..offset + N`.
+fn run<P: Part, const N: usize>(
+    place: Place<'_>,
+    preparations: &mut Preparations,
+    values: &mut [Row],
+    partials: &mut [Row],
+) {
+    let prepared = preparations.get(place.shapes, place.offset, N, prepare::<P, N>);
+    run_kernel::<P::Kernel, N>(place, prepared, values, partials);
+}
+
+/// Runs a kernel over a block.
+fn run_kernel<K: Kernel, const N: usize>(
+    Place { arch, block, .. }: Place<'_>,
+    prepared: K::Prepared<Dual<f64, N>>,
+    values: &mut [Row],
+    partials: &mut [Row],
+) {
+    assert_eq!((values.len(), partials.len()), (K::FUNCTIONS, N * K::FUNCTIONS), "a row per function");
+    if K::SHARED_ON_RINGS && (1..=MOST_RINGS).contains(&block.rings().len()) {
+        run_on_rings::<K, N>(block, &prepared, values, partials);
+    } else {
+        arch.dispatch(Run::<K, N> { block, prepared, values, partials });
+    }
+}
+
+/// With more rings in a block there is little to share.
+const MOST_RINGS: usize = 8;
+
+/// Evaluates a kernel at the first sample of every ring, for all of its samples. So few evaluations need no packed
+/// instructions.
+fn run_on_rings<K: Kernel, const N: usize>(
+    block: &Block,
+    prepared: &K::Prepared<Dual<f64, N>>,
+    values: &mut [Row],
+    partials: &mut [Row],
+) {
+    let rings = block.rings();
+    let ends = rings.iter().skip(1).copied().chain([BLOCK]);
+    for (&start, end) in rings.iter().zip(ends).filter(|(start, _)| **start < BLOCK) {
+        let output = K::at(prepared, &block.at(start));
+        for (k, output) in output.as_ref().iter().take(K::FUNCTIONS).enumerate() {
+            values[k][start..end].fill(output.value);
+            for (j, partial) in output.partials.iter().enumerate() {
+                partials[j * K::FUNCTIONS + k][start..end].fill(*partial);
+            }
+        }
+    }
+}
+
+/// The loop of a kernel over a block, with `N` derivatives.
+struct Run<'a, K: Kernel, const N: usize> {
+    block: &'a Block,
+    prepared: K::Prepared<Dual<f64, N>>,
+    values: &'a mut [Row],
+    partials: &'a mut [Row],
+}
+
+impl<K: Kernel, const N: usize> WithSimd for Run<'_, K, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { block, prepared, values, partials } = self;
+        // Of lengths that the compiler knows: the loop must not branch.
+        let (values, partials) = (&mut values[..K::FUNCTIONS], &mut partials[..N * K::FUNCTIONS]);
+        for i in 0..BLOCK {
+            let output = K::at(&prepared, &block.at(i));
+            let output = output.as_ref();
+            for k in 0..K::FUNCTIONS {
+                values[k][i] = output[k].value;
+                for j in 0..N {
+                    partials[j * K::FUNCTIONS + k][i] = output[k].partials[j];
+                }
+            }
+        }
     }
 }
 
@@ -194,102 +322,114 @@ impl BasisBlock {
     /// Must be called when the block is another, or its content has changed.
     pub fn forget(&mut self) {
         self.parts.iter_mut().for_each(|part| part.evaluated = false);
+        self.mirrored = None;
     }
 
-    /// Prepares what takes long for all of `shapes`, one set per channel, so that clones of this one share it.
-    pub(super) fn prepare(
-        &mut self,
-        shapes: &[&[f64]],
-        derivatives: Derivatives<'_>,
-        visit: impl FnOnce(&mut PartPreparation<'_>),
-    ) {
-        visit(&mut PartPreparation { shapes, derivatives, parts: &mut self.parts, next: 0 });
+    /// Prepares what takes long for all of `shapes`, one set per channel, so that clones of this one share it. The visitor
+    /// is to be shown the lobe's parts.
+    pub(super) fn preparation<'a>(
+        &'a mut self,
+        shapes: &'a [&'a [f64]],
+        derivatives: Derivatives<'a>,
+    ) -> PartPreparation<'a> {
+        PartPreparation { shapes, derivatives, parts: PartList::new(&mut self.parts) }
     }
 
-    /// Evaluates the parts that `visit` shows where their shapes have changed, and joins them.
-    pub(super) fn evaluate(
-        &mut self,
-        block: &Block,
-        shapes: &[f64],
-        derivatives: Derivatives<'_>,
-        visit: impl FnOnce(&mut PartEvaluation<'_>),
-    ) {
-        let mut evaluation = PartEvaluation {
+    /// Evaluates the parts of a lobe where their shapes have changed. The visitor is to be shown all of them, and then
+    /// [finished](PartEvaluation::finish).
+    pub(super) fn evaluation<'a>(
+        &'a mut self,
+        block: &'a Block,
+        shapes: &'a [f64],
+        derivatives: Derivatives<'a>,
+    ) -> PartEvaluation<'a> {
+        PartEvaluation {
             block,
             shapes,
             derivatives,
-            parts: &mut self.parts,
-            next: 0,
+            parts: PartList::new(&mut self.parts),
+            product: (&mut self.values, &mut self.partials),
+            mirrored: &mut self.mirrored,
             term: 0,
             changed: false,
             arch: self.arch.unwrap_or_default(),
-        };
-        visit(&mut evaluation);
-        // More parts than these belong to another model.
-        evaluation.changed |= evaluation.parts.len() > evaluation.next;
-        evaluation.parts.truncate(evaluation.next);
-        if evaluation.changed {
-            let arch = evaluation.arch;
-            let rows = if derivatives == Derivatives::None { 0 } else { shapes.len() };
-            self.partials.resize(rows, Vec::new());
-            let Self { parts, values, partials, .. } = self;
-            arch.dispatch(Product { parts, values, partials });
         }
     }
 }
 
-/// Derivatives that one round of evaluation finds: dual numbers with more do not fit into the registers.
-const ROUND: usize = 3;
+/// The parts of a lobe, in the order in which they are shown.
+struct PartList<'a> {
+    parts: &'a mut Vec<PartBlock>,
+    /// How many were shown.
+    shown: usize,
+    mirrored: bool,
+}
+
+impl<'a> PartList<'a> {
+    fn new(parts: &'a mut Vec<PartBlock>) -> Self {
+        Self { parts, shown: 0, mirrored: false }
+    }
+
+    /// The place of the next part. What another part has left there is forgotten.
+    fn next(&mut self, part: ErasedPart, first: usize) -> &mut PartBlock {
+        let (index, mirrored) = (self.shown, self.mirrored);
+        self.shown += 1;
+        let same =
+            |known: &PartBlock| (known.part.id, known.first, known.mirrored) == (part.id, first, mirrored);
+        match self.parts.get_mut(index) {
+            Some(known) if same(known) => {}
+            Some(other) => *other = PartBlock::new(part, first, mirrored),
+            None => self.parts.push(PartBlock::new(part, first, mirrored)),
+        }
+        &mut self.parts[index]
+    }
+}
 
 /// Prepares parts for the shapes of all channels.
 pub(super) struct PartPreparation<'a> {
     shapes: &'a [&'a [f64]],
     derivatives: Derivatives<'a>,
-    parts: &'a mut Vec<PartBlock>,
-    next: usize,
+    parts: PartList<'a>,
 }
 
 impl PartPreparation<'_> {
-    fn lasting<P: Part, const N: usize>(part: &PartBlock, shapes: &[f64], offset: usize) -> Prepared {
-        let mut known = part.prepared.lasting.iter();
-        let known = known.find(|known| known.of::<P::Prepared<Dual<f64, N>>>(shapes, offset).is_some());
-        known.cloned().unwrap_or_else(|| Prepared::new(shapes, offset, prepare::<P, N>(shapes, offset)))
+    fn prepare(&mut self, part: ErasedPart, first: usize) {
+        let block = self.parts.next(part, first);
+        if !part.prepares_long {
+            return;
+        }
+        let differentiated = self.derivatives.include_any(first, part.shapes);
+        let mut lasting: Vec<Prepared> = Vec::new();
+        for shapes in self.shapes {
+            let shapes = &shapes[first..first + part.shapes];
+            if lasting.iter().any(|known| known.shapes == shapes) {
+                continue;
+            }
+            for (offset, round) in part.rounds(differentiated) {
+                let mut known = block.prepared.lasting.iter();
+                let known = known.find(|known| known.is_for(shapes, offset, round.derivatives)).cloned();
+                lasting.push(known.unwrap_or_else(|| Prepared {
+                    shapes: shapes.to_vec(),
+                    offset,
+                    derivatives: round.derivatives,
+                    content: (round.prepare)(shapes, offset),
+                }));
+            }
+        }
+        block.prepared.lasting = lasting;
     }
 }
 
 impl Visitor for PartPreparation<'_> {
     fn part<P: Part>(&mut self, first: usize) {
-        if self.parts.len() == self.next {
-            self.parts.push(PartBlock::default());
-        }
-        let Some(part) = self.parts.get_mut(self.next) else { return };
-        self.next += 1;
-        part.claim::<P>(first);
-        if const { !P::PREPARES_LONG } {
-            return;
-        }
-        let mut lasting: Vec<Prepared> = Vec::new();
-        for shapes in self.shapes {
-            let shapes = shapes.get(first..first + P::SHAPES).unwrap_or_default();
-            if lasting.iter().any(|known| known.shapes == shapes) {
-                continue;
-            }
-            if !self.derivatives.reach::<P>(first) {
-                lasting.push(Self::lasting::<P, 0>(part, shapes, 0));
-                continue;
-            }
-            for offset in (0..P::SHAPES).step_by(ROUND) {
-                lasting.push(match P::SHAPES - offset {
-                    1 => Self::lasting::<P, 1>(part, shapes, offset),
-                    2 => Self::lasting::<P, 2>(part, shapes, offset),
-                    _ => Self::lasting::<P, 3>(part, shapes, offset),
-                });
-            }
-        }
-        part.prepared.lasting = lasting;
+        self.prepare(ErasedPart::of::<P>(), first);
     }
 
     fn next_term(&mut self) {}
+
+    fn mirror_light(&mut self) {
+        self.parts.mirrored = true;
+    }
 }
 
 /// Evaluates parts on a block.
@@ -297,146 +437,73 @@ pub(super) struct PartEvaluation<'a> {
     block: &'a Block,
     shapes: &'a [f64],
     derivatives: Derivatives<'a>,
-    parts: &'a mut Vec<PartBlock>,
-    next: usize,
+    parts: PartList<'a>,
+    /// Values and partials of the lobe.
+    product: (&'a mut Vec<Row>, &'a mut Vec<Vec<Row>>),
+    mirrored: &'a mut Option<Box<Block>>,
     term: usize,
     changed: bool,
     arch: Arch,
 }
 
-impl Visitor for PartEvaluation<'_> {
-    fn part<P: Part>(&mut self, first: usize) {
-        let shapes = self.shapes.get(first..first + P::SHAPES).unwrap_or_default();
-        if self.parts.len() == self.next {
-            self.parts.push(PartBlock::default());
-        }
-        let Some(part) = self.parts.get_mut(self.next) else { return };
-        self.next += 1;
-        part.claim::<P>(first);
-        let differentiated = self.derivatives.reach::<P>(first);
-        let as_before = part.shapes == shapes && part.differentiated == differentiated;
-        if part.evaluated && as_before && part.term == self.term {
+impl PartEvaluation<'_> {
+    /// Evaluates a part, unless it has been for the same shapes on this block.
+    fn evaluate(&mut self, part: ErasedPart, first: usize) {
+        let shapes = &self.shapes[first..first + part.shapes];
+        let differentiated = self.derivatives.include_any(first, part.shapes);
+        let state = self.parts.next(part, first);
+        let as_before = state.shapes == shapes && state.differentiated == differentiated;
+        if state.evaluated && as_before && state.term == self.term {
             return;
         }
         self.changed = true;
-        part.term = self.term;
-        part.evaluated = true;
-        part.shapes.clear();
-        part.shapes.extend(shapes);
-        part.differentiated = differentiated;
-        part.values.resize(P::FUNCTIONS, Row::filled(0.0));
-        let derivatives = if differentiated { P::SHAPES } else { 0 };
-        part.partials.resize(derivatives * P::FUNCTIONS, Row::filled(0.0));
-        let PartBlock { values, partials, prepared, .. } = part;
-        let (arch, block) = (self.arch, self.block);
-        if derivatives == 0 {
-            run::<P, 0>(arch, block, shapes, 0, prepared, values, partials);
+        state.term = self.term;
+        state.evaluated = true;
+        state.shapes.clear();
+        state.shapes.extend(shapes);
+        state.differentiated = differentiated;
+
+        let functions = part.functions;
+        state.values.resize(functions, Row::filled(0.0));
+        let derivatives = if differentiated { part.shapes } else { 0 };
+        state.partials.resize(derivatives * functions, Row::filled(0.0));
+        let block = if state.mirrored {
+            self.mirrored.get_or_insert_with(|| Box::new(self.block.with_light_mirrored()))
+        } else {
+            self.block
+        };
+        for (offset, round) in part.rounds(differentiated) {
+            let partials = &mut state.partials[offset * functions..][..round.derivatives * functions];
+            let place = Place { arch: self.arch, block, shapes, offset };
+            (round.run)(place, &mut state.prepared, &mut state.values, partials);
         }
-        for (round, rows) in partials.chunks_mut(ROUND * P::FUNCTIONS).enumerate() {
-            // Only the loops that the part needs are compiled.
-            let offset = ROUND * round;
-            match P::SHAPES - offset {
-                1 if const { P::SHAPES % ROUND == 1 } => {
-                    run::<P, 1>(arch, block, shapes, offset, prepared, values, rows);
-                }
-                2 if const { P::SHAPES % ROUND == 2 } => {
-                    run::<P, 2>(arch, block, shapes, offset, prepared, values, rows);
-                }
-                _ if const { P::SHAPES >= ROUND } => {
-                    run::<P, 3>(arch, block, shapes, offset, prepared, values, rows);
-                }
-                _ => {}
-            }
+    }
+
+    /// Joins the parts that were shown, if any of them has changed.
+    pub(super) fn finish(self) {
+        let Self { parts: PartList { parts, shown, .. }, product: (values, partials), .. } = self;
+        // More parts than these belong to another model.
+        let changed = self.changed || parts.len() > shown;
+        parts.truncate(shown);
+        if changed {
+            let rows = if self.derivatives == Derivatives::None { 0 } else { self.shapes.len() };
+            partials.resize(rows, Vec::new());
+            self.arch.dispatch(Product { parts, values, partials });
         }
+    }
+}
+
+impl Visitor for PartEvaluation<'_> {
+    fn part<P: Part>(&mut self, first: usize) {
+        self.evaluate(ErasedPart::of::<P>(), first);
     }
 
     fn next_term(&mut self) {
         self.term += 1;
     }
-}
 
-/// Runs a part over a block with `N` derivatives, for its shapes `offset..offset + N`.
-fn run<P: Part, const N: usize>(
-    arch: Arch,
-    block: &Block,
-    shapes: &[f64],
-    offset: usize,
-    prepared: &mut Preparations,
-    values: &mut [Row],
-    partials: &mut [Row],
-) {
-    let prepared = prepared.of::<P, N>(shapes, offset);
-    let rings = block.rings();
-    if P::SHARED_ON_RINGS && (1..=MOST_RINGS).contains(&rings.len()) {
-        arch.dispatch(RunOnRings::<P, N> { block, prepared, values, partials });
-    } else {
-        arch.dispatch(Run::<P, N> { block, prepared, values, partials });
-    }
-}
-
-/// With more rings in a block there is little to share.
-const MOST_RINGS: usize = 8;
-
-struct Run<'a, P: Part, const N: usize> {
-    block: &'a Block,
-    prepared: P::Prepared<Dual<f64, N>>,
-    values: &'a mut [Row],
-    partials: &'a mut [Row],
-}
-
-impl<P: Part, const N: usize> WithSimd for Run<'_, P, N> {
-    type Output = ();
-
-    #[inline(always)]
-    #[expect(clippy::indexing_slicing, reason = "of lengths checked before the loop, which must not branch")]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { block, prepared, values, partials } = self;
-        let (Some(values), Some(partials)) =
-            (values.get_mut(..P::FUNCTIONS), partials.get_mut(..N * P::FUNCTIONS))
-        else {
-            return;
-        };
-        for i in 0..BLOCK {
-            let output = P::at(&prepared, &block.at(i));
-            let output = output.as_ref();
-            for k in 0..P::FUNCTIONS {
-                values[k][i] = output[k].value;
-                for j in 0..N {
-                    partials[j * P::FUNCTIONS + k][i] = output[k].partials[j];
-                }
-            }
-        }
-    }
-}
-
-/// The same for a part that is the same for all samples of a ring.
-struct RunOnRings<'a, P: Part, const N: usize> {
-    block: &'a Block,
-    prepared: P::Prepared<Dual<f64, N>>,
-    values: &'a mut [Row],
-    partials: &'a mut [Row],
-}
-
-impl<P: Part, const N: usize> WithSimd for RunOnRings<'_, P, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { block, prepared, values, partials } = self;
-        let rings = block.rings();
-        for (index, &start) in rings.iter().enumerate().filter(|(_, start)| **start < BLOCK) {
-            let end = rings.get(index + 1).copied().unwrap_or(BLOCK);
-            let output = P::at(&prepared, &block.at(start));
-            let fill = |row: Option<&mut Row>, value: f64| {
-                row.and_then(|row| row.get_mut(start..end)).unwrap_or_default().fill(value);
-            };
-            for (k, output) in output.as_ref().iter().take(P::FUNCTIONS).enumerate() {
-                fill(values.get_mut(k), output.value);
-                for (j, partial) in output.partials.iter().enumerate() {
-                    fill(partials.get_mut(j * P::FUNCTIONS + k), *partial);
-                }
-            }
-        }
+    fn mirror_light(&mut self) {
+        self.parts.mirrored = true;
     }
 }
 
@@ -455,30 +522,23 @@ impl WithSimd for Product<'_> {
         let Self { parts, values, partials } = self;
         let mut start = 0;
         for parts in parts.chunk_by(|a, b| a.term == b.term) {
-            let end = start + parts.iter().map(|part| part.functions).max().unwrap_or(0);
+            let end = start + parts.iter().map(|part| part.part.functions).max().unwrap_or(0);
             values.resize(end, Row::filled(1.0));
             partials.iter_mut().for_each(|rows| rows.resize(end, Row::filled(0.0)));
             // What multiplies all functions is multiplied once.
-            for index in (0..parts.len()).filter(|index| is_common(parts, *index)) {
+            for index in (0..parts.len()).filter(|index| parts[*index].is_common()) {
                 multiply(parts, index, 0, start, values, partials);
             }
             for rows in partials.iter_mut().chain([&mut *values]) {
-                if let Some((first, others)) = rows.get_mut(start..end).and_then(<[Row]>::split_first_mut) {
-                    others.fill(*first);
-                }
+                let first = rows[start];
+                rows[start + 1..end].fill(first);
             }
-            for index in (0..parts.len()).filter(|index| !is_common(parts, *index)) {
+            for index in (0..parts.len()).filter(|index| !parts[*index].is_common()) {
                 (0..end - start).for_each(|k| multiply(parts, index, k, start, values, partials));
             }
             start = end;
         }
     }
-}
-
-/// Whether a part multiplies all functions alike.
-#[inline(always)]
-fn is_common(parts: &[PartBlock], index: usize) -> bool {
-    parts.get(index).is_some_and(|part| part.functions == 1)
 }
 
 /// Multiplies function `k` of a term, whose functions begin at `start`, by its factor of a part, after those that
@@ -492,13 +552,13 @@ fn multiply(
     values: &mut [Row],
     partials: &mut [Vec<Row>],
 ) {
-    let Some(part) = parts.get(index) else { return };
-    let (Some(factor), Some(value)) = (part.value(k), values.get_mut(start + k)) else { return };
-    let order = |index: usize| (!is_common(parts, index), index);
+    let part = &parts[index];
+    let (factor, value) = (part.value(k), &mut values[start + k]);
+    let order = |index: usize| (!parts[index].is_common(), index);
     let earlier = parts.iter().enumerate().filter(|(other, _)| order(*other) < order(index));
     let is_first = earlier.clone().next().is_none();
     for (shape, rows) in partials.iter_mut().enumerate() {
-        let Some(partial) = rows.get_mut(start + k) else { continue };
+        let partial = &mut rows[start + k];
         let before = earlier.clone().any(|(_, earlier)| earlier.depends_on(shape));
         // (v f)' = v' f + v f'
         match (before, part.partial(shape, k)) {
@@ -524,76 +584,49 @@ fn multiply(
 }
 
 impl PartBlock {
-    /// Makes the place that of a part; what another has left there is forgotten.
-    fn claim<P: Part>(&mut self, first: usize) {
-        if self.part != Some(TypeId::of::<P>()) || self.first != first {
-            *self = Self { part: Some(TypeId::of::<P>()), first, functions: P::FUNCTIONS, ..Self::default() };
+    fn new(part: ErasedPart, first: usize, mirrored: bool) -> Self {
+        Self {
+            part,
+            first,
+            mirrored,
+            evaluated: false,
+            shapes: Vec::new(),
+            differentiated: false,
+            term: 0,
+            values: Vec::new(),
+            partials: Vec::new(),
+            prepared: Preparations::default(),
         }
+    }
+
+    /// Whether one function multiplies all of the lobe's.
+    #[inline(always)]
+    fn is_common(&self) -> bool {
+        self.part.functions == 1
+    }
+
+    /// Which row stands for basis function `k`.
+    #[inline(always)]
+    fn row(&self, k: usize) -> usize {
+        if self.is_common() { 0 } else { k }
     }
 
     /// The part's factor of basis function `k`.
     #[inline(always)]
-    fn value(&self, k: usize) -> Option<&Row> {
-        self.values.get(if self.functions == 1 { 0 } else { k })
+    fn value(&self, k: usize) -> &Row {
+        &self.values[self.row(k)]
     }
 
-    /// Its derivative with respect to the lobe's shape number `shape`.
+    /// Its derivative with respect to the lobe's shape number `shape`; `None` means that it does not depend on it.
     #[inline(always)]
     fn partial(&self, shape: usize, k: usize) -> Option<&Row> {
         let j = shape.checked_sub(self.first)?;
-        self.partials.get(j * self.functions + if self.functions == 1 { 0 } else { k })
+        self.partials.get(j * self.part.functions + self.row(k))
     }
 
     #[inline(always)]
     fn depends_on(&self, shape: usize) -> bool {
         self.partial(shape, 0).is_some()
-    }
-}
-
-/// The basis functions at some pairs of directions, in any scalar.
-pub(super) struct PointEvaluation<'a, T: Scalar> {
-    geometries: &'a [Geometry<T::Real>],
-    shapes: &'a [T],
-    /// Of the terms before, each at all pairs.
-    basis: Vec<Vec<T>>,
-    /// The product of this term's parts so far; empty before the first.
-    product: Vec<Vec<T>>,
-}
-
-impl<'a, T: Scalar> PointEvaluation<'a, T> {
-    pub(super) fn new(geometries: &'a [Geometry<T::Real>], shapes: &'a [T]) -> Self {
-        Self { geometries, shapes, basis: Vec::new(), product: Vec::new() }
-    }
-
-    /// The values of every basis function.
-    pub(super) fn basis(mut self) -> Vec<Vec<T>> {
-        self.next_term();
-        self.basis
-    }
-}
-
-impl<T: Scalar> Visitor for PointEvaluation<'_, T> {
-    fn part<P: Part>(&mut self, first: usize) {
-        let shapes = self.shapes.get(first..first + P::SHAPES).unwrap_or_default();
-        let prepared = P::prepare(Values::new(shapes));
-        let mut factors = vec![Vec::with_capacity(self.geometries.len()); P::FUNCTIONS];
-        for geometry in self.geometries {
-            let output = P::at(&prepared, geometry);
-            factors.iter_mut().zip(output.as_ref()).for_each(|(factors, factor)| factors.push(*factor));
-        }
-        let times = |a: &Vec<T>, b: &Vec<T>| a.iter().zip(b).map(|(a, b)| *a * *b).collect();
-        self.product = match (self.product.as_slice(), factors.as_slice()) {
-            ([], _) => factors,
-            ([one], factors) => factors.iter().map(|factor| times(one, factor)).collect(),
-            (several, [one]) => several.iter().map(|value| times(value, one)).collect(),
-            (several, factors) => {
-                several.iter().zip(factors).map(|(value, factor)| times(value, factor)).collect()
-            }
-        };
-    }
-
-    fn next_term(&mut self) {
-        self.basis.append(&mut self.product);
     }
 }
 

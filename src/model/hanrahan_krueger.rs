@@ -32,7 +32,7 @@
 
 use super::parts::distribution::relative_exp_m1;
 use super::parts::fresnel::{Constants, index_constants, index_transmittance};
-use super::{Choices, Model, ParamSpec, Part, Scale, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::PI;
@@ -57,28 +57,9 @@ pub struct Layer<T: Scalar> {
     surface: Constants<T>,
 }
 
-impl Part for HanrahanKrueger {
-    const SHAPES: usize = 3;
+impl Kernel for HanrahanKrueger {
     type Prepared<T: Scalar> = Layer<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Layer<T> {
-        let [g, tau, eta] = shapes.take();
-        let (zero, bend): (T::Real, T) = (T::Real::literal(0.0), (eta * eta).recip());
-        let size_g = T::if_less(g.value(), zero, -g, g);
-        let rest_g = (-size_g).plus(1.0);
-        Layer {
-            size_g,
-            sign_g: T::Real::if_less(g.value(), zero, T::Real::literal(-1.0), T::Real::literal(1.0)),
-            rest_g2: rest_g.squared(),
-            norm: (rest_g * size_g.plus(1.0)).times(0.25 / PI) * bend,
-            tau,
-            bend,
-            // Of an index close to 1 the difference of squares would keep few digits.
-            rest: eta.plus(-1.0) * eta.plus(1.0) * bend,
-            surface: index_constants(eta),
-        }
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(l: &Layer<T>, g: &Geometry<T::Real>) -> [T; 1] {
@@ -105,6 +86,29 @@ impl Part for HanrahanKrueger {
         let kept = T::if_less(depth.value(), T::Real::literal(0.5), relative_exp_m1(-depth) * per_sum, deep);
         let through = |cos: T::Real| index_transmittance(&l.surface, cos);
         [phase * through(g.cos_i()) * through(g.cos_o()) * kept]
+    }
+}
+
+impl Part for HanrahanKrueger {
+    type Kernel = Self;
+    const SHAPES: usize = 3;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Layer<T> {
+        let [g, tau, eta] = shapes.take();
+        let (zero, bend): (T::Real, T) = (T::Real::literal(0.0), (eta * eta).recip());
+        let size_g = T::if_less(g.value(), zero, -g, g);
+        let rest_g = (-size_g).plus(1.0);
+        Layer {
+            size_g,
+            sign_g: T::Real::if_less(g.value(), zero, T::Real::literal(-1.0), T::Real::literal(1.0)),
+            rest_g2: rest_g.squared(),
+            norm: (rest_g * size_g.plus(1.0)).times(0.25 / PI) * bend,
+            tau,
+            bend,
+            // Of an index close to 1 the difference of squares would keep few digits.
+            rest: eta.plus(-1.0) * eta.plus(1.0) * bend,
+            surface: index_constants(eta),
+        }
     }
 }
 

@@ -34,7 +34,7 @@
 
 pub mod layers;
 
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Sharing, Values, Visitor};
+use super::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Sharing, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use layers::{Film, opaque, opaque_absorptance, through_surface_of};
@@ -47,17 +47,21 @@ pub struct KubelkaMunk {
     opaque: bool,
 }
 
-impl Part for KubelkaMunk {
-    const SHAPES: usize = 0;
+impl Kernel for KubelkaMunk {
     type Prepared<T: Scalar> = ();
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), _: &Geometry<T::Real>) -> [T; 1] {
         [T::constant(FRAC_1_PI)]
     }
+}
+
+impl Part for KubelkaMunk {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 }
 
 impl Model for KubelkaMunk {

@@ -32,7 +32,7 @@
 //! what a lobe bent towards grazing imitates.
 
 use super::phong::{Exponent, ln_of_both};
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Sharper, Values, Visitor};
+use super::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 
@@ -96,15 +96,9 @@ impl<T: Scalar> Lobe<T> {
 /// With one weight for x and y.
 pub(super) struct Isotropic;
 
-impl Part for Isotropic {
-    const SHAPES: usize = 3;
+impl Kernel for Isotropic {
     type Prepared<T: Scalar> = Lobe<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Lobe<T> {
-        let [cxy, cz, n] = shapes.take();
-        Lobe::new([cxy, cxy, cz], n)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(lobe: &Lobe<T>, g: &Geometry<T::Real>) -> [T; 1] {
@@ -112,22 +106,36 @@ impl Part for Isotropic {
     }
 }
 
+impl Part for Isotropic {
+    type Kernel = Self;
+    const SHAPES: usize = 3;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Lobe<T> {
+        let [cxy, cz, n] = shapes.take();
+        Lobe::new([cxy, cxy, cz], n)
+    }
+}
+
 /// With one for each.
 struct Anisotropic;
 
-impl Part for Anisotropic {
-    const SHAPES: usize = 4;
+impl Kernel for Anisotropic {
     type Prepared<T: Scalar> = Lobe<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Lobe<T> {
-        let [cx, cy, cz, n] = shapes.take();
-        Lobe::new([cx, cy, cz], n)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(lobe: &Lobe<T>, g: &Geometry<T::Real>) -> [T; 1] {
         [lobe.at(g)]
+    }
+}
+
+impl Part for Anisotropic {
+    type Kernel = Self;
+    const SHAPES: usize = 4;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Lobe<T> {
+        let [cx, cy, cz, n] = shapes.take();
+        Lobe::new([cx, cy, cz], n)
     }
 }
 

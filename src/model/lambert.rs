@@ -8,7 +8,7 @@
 //! |---|---|---|---|
 //! | kd | 1 | 0..2 | albedo; above 1 only in data with fluorescence or a calibration error |
 
-use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use std::f64::consts::FRAC_1_PI;
@@ -17,17 +17,21 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug)]
 pub struct Lambert;
 
-impl Part for Lambert {
-    const SHAPES: usize = 0;
+impl Kernel for Lambert {
     type Prepared<T: Scalar> = ();
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), _: &Geometry<T::Real>) -> [T; 1] {
         [T::constant(FRAC_1_PI)]
     }
+}
+
+impl Part for Lambert {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 }
 
 impl Lambert {

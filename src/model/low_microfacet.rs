@@ -27,7 +27,7 @@ use super::parts::distribution::{Distribution, abc};
 use super::parts::fresnel::{DielectricIndex, FresnelReflectance, Reflectance};
 use super::parts::shadowing::Shadowing;
 use super::published::{LOW, base_and_abc};
-use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use std::f64::consts::FRAC_1_PI;
@@ -39,19 +39,23 @@ pub struct LowMicrofacet;
 /// S of b and c.
 struct Facets;
 
-impl Part for Facets {
-    const SHAPES: usize = 2;
+impl Kernel for Facets {
     const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = [T; 2];
     type Output<T: Scalar> = [T; 1];
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
-        shapes.take()
-    }
-
     #[inline(always)]
     fn at<T: Scalar>(&[b, c]: &[T; 2], g: &Geometry<T::Real>) -> [T; 1] {
         [abc::unnormalised(b, c, T::from_real(abc::one_less_cos(g)))]
+    }
+}
+
+impl Part for Facets {
+    type Kernel = Self;
+    const SHAPES: usize = 2;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        shapes.take()
     }
 }
 

@@ -27,7 +27,7 @@ use super::lambert::Lambert;
 use super::parts::distribution::abc;
 use super::parts::fresnel::{Constants, DielectricIndex, FresnelReflectance, index_reflectance};
 use super::published::{LOW, base_and_abc};
-use super::{Choices, Model, ParamSpec, Part, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 
@@ -38,14 +38,9 @@ pub struct LowSmooth;
 /// (1 + b |d|^2)^-c
 struct Deviation;
 
-impl Part for Deviation {
-    const SHAPES: usize = 2;
+impl Kernel for Deviation {
     type Prepared<T: Scalar> = [T; 2];
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
-        shapes.take()
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(&[b, c]: &[T; 2], g: &Geometry<T::Real>) -> [T; 1] {
@@ -55,17 +50,21 @@ impl Part for Deviation {
     }
 }
 
+impl Part for Deviation {
+    type Kernel = Self;
+    const SHAPES: usize = 2;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
+        shapes.take()
+    }
+}
+
 /// F(mu')
 struct Halfway;
 
-impl Part for Halfway {
-    const SHAPES: usize = DielectricIndex::SHAPES;
+impl Kernel for Halfway {
     type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
-        DielectricIndex::prepare(shapes)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
@@ -75,6 +74,15 @@ impl Part for Halfway {
         let (across, upward): (T::Real, T::Real) = (x * x + y * y, zi * zi + zo * zo);
         let square: T::Real = across.times(0.25) + upward.times(0.5);
         [index_reflectance(constants, square.sqrt())]
+    }
+}
+
+impl Part for Halfway {
+    type Kernel = Self;
+    const SHAPES: usize = DielectricIndex::SHAPES;
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
+        DielectricIndex::prepare(shapes)
     }
 }
 

@@ -48,11 +48,13 @@
 use super::directional_albedo::Through;
 use super::eon::{Bounces, BouncesOf, MISSING, mean_albedo};
 use super::oren_nayar::FUJII;
-use super::parts::distribution::Distribution;
+use super::parts::distribution::{Anisotropic, Density, Ggx, Shadows};
 use super::parts::fresnel::{DielectricIndex, Fresnel, Reflectance};
-use super::parts::shadowing::Shadowing;
-use super::reshaped::{Reshape, reshaped};
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Sharing, Sharper, Values, Visitor};
+use super::parts::shadowing::Smith;
+use super::{
+    Choices, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Reshape, Reshaped, Scale, Sharing,
+    Sharper, Values, Visitor,
+};
 use crate::geometry::Geometry;
 use crate::math::{Scalar, count};
 use std::f64::consts::PI;
@@ -92,6 +94,12 @@ impl Reshape for Surface {
     }
 }
 
+/// Shows D G/(4 ci co) of the surface.
+fn show_surface(visitor: &mut impl Visitor) {
+    visitor.part::<Reshaped<Density<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
+    visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
+}
+
 /// m and eta of the surface in the eyes of what is below.
 struct FromBelow;
 
@@ -119,13 +127,24 @@ fn nodes() -> [f64; NODES] {
 /// EON's single bounce at albedo 1, and its later bounces times each of Lagrange's polynomials in 1 - Ea.
 struct Body;
 
-impl Part for Body {
-    const SHAPES: usize = 1;
+impl Kernel for Body {
     const FUNCTIONS: usize = 1 + NODES;
     type Prepared<T: Scalar> = (BouncesOf<T>, [T; NODES]);
     type Output<T: Scalar> = [T; 1 + NODES];
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Prepared<T> {
+    #[inline(always)]
+    fn at<T: Scalar>((bounces, lagrange): &Self::Prepared<T>, g: &Geometry<T::Real>) -> [T; 1 + NODES] {
+        let [single, later] = Bounces::at(bounces, g);
+        let [a, b, c, d, e] = lagrange.map(|polynomial| polynomial * later);
+        [single, a, b, c, d, e]
+    }
+}
+
+impl Part for Body {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> PreparedBy<Self, T> {
         let [r] = shapes.take();
         let missing = (-mean_albedo(r)).plus(1.0);
         let nodes = nodes();
@@ -136,13 +155,6 @@ impl Part for Body {
             })
         });
         (Bounces::prepare(Values::new(&[r])), lagrange)
-    }
-
-    #[inline(always)]
-    fn at<T: Scalar>((bounces, lagrange): &Self::Prepared<T>, g: &Geometry<T::Real>) -> [T; 1 + NODES] {
-        let [single, later] = Bounces::at(bounces, g);
-        let [a, b, c, d, e] = lagrange.map(|polynomial| polynomial * later);
-        [single, a, b, c, d, e]
     }
 }
 
@@ -200,21 +212,16 @@ impl Model for Openpbr {
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
-        let lobe = |visitor: &mut _| {
-            let mut surface = reshaped::<Surface, _>(visitor, ROUGHNESS);
-            Distribution::GgxAnisotropic.show(&mut surface);
-            Shadowing::Smith.show(Distribution::GgxAnisotropic, &mut surface);
-        };
         if let Base::Mixed | Base::Dielectric = self.base {
             visitor.part::<Body>(DIFFUSE_ROUGHNESS);
-            reshaped::<FromBelow, _>(visitor, ROUGHNESS).part::<Through>(0);
+            visitor.part::<Reshaped<Through, FromBelow>>(ROUGHNESS);
             visitor.next_term();
-            lobe(visitor);
+            show_surface(visitor);
             visitor.part::<Reflectance<DielectricIndex>>(IOR);
             visitor.next_term();
         }
         if let Base::Mixed | Base::Metal = self.base {
-            lobe(visitor);
+            show_surface(visitor);
             Fresnel::F82Tint.show(0, visitor);
         }
     }

@@ -28,7 +28,7 @@
 //! largest albedo of the surface found up to 89.9 degrees is 1.048 (full, sigma = 20 degrees, 89.9 degrees) and 1.006
 //! (qualitative, sigma = 5 degrees, there too). `fujii` conserves energy, and is never less than nothing.
 
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor};
+use super::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI};
@@ -115,15 +115,10 @@ impl<R: Real> Angles<R> {
 /// With interreflection.
 struct Full;
 
-impl Part for Full {
-    const SHAPES: usize = 1;
+impl Kernel for Full {
     const FUNCTIONS: usize = 2;
     type Prepared<T: Scalar> = Roughness<T>;
     type Output<T: Scalar> = [T; 2];
-
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Roughness<T> {
-        Roughness::new(shapes)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(r: &Roughness<T>, g: &Geometry<T::Real>) -> [T; 2] {
@@ -152,17 +147,21 @@ impl Part for Full {
     }
 }
 
-/// Without.
-struct Qualitative;
-
-impl Part for Qualitative {
+impl Part for Full {
+    type Kernel = Self;
     const SHAPES: usize = 1;
-    type Prepared<T: Scalar> = Roughness<T>;
-    type Output<T: Scalar> = [T; 1];
 
     fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Roughness<T> {
         Roughness::new(shapes)
     }
+}
+
+/// Without.
+struct Qualitative;
+
+impl Kernel for Qualitative {
+    type Prepared<T: Scalar> = Roughness<T>;
+    type Output<T: Scalar> = [T; 1];
 
     #[inline(always)]
     fn at<T: Scalar>(r: &Roughness<T>, g: &Geometry<T::Real>) -> [T; 1] {
@@ -170,6 +169,15 @@ impl Part for Qualitative {
         let tan_b: T::Real = sin_b / cos_b;
         let forward: T::Real = cos_p.greater(T::Real::literal(0.0)) * sin_a * tan_b;
         [r.c1 + r.c2 * forward]
+    }
+}
+
+impl Part for Qualitative {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Roughness<T> {
+        Roughness::new(shapes)
     }
 }
 
@@ -211,19 +219,23 @@ impl<T: Scalar> SingleBounce<T> {
 /// Fujii's.
 struct Fujii;
 
-impl Part for Fujii {
-    const SHAPES: usize = 1;
+impl Kernel for Fujii {
     type Prepared<T: Scalar> = SingleBounce<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> SingleBounce<T> {
-        let [r] = shapes.take();
-        SingleBounce::new(r)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(bounce: &SingleBounce<T>, g: &Geometry<T::Real>) -> [T; 1] {
         [bounce.at(g)]
+    }
+}
+
+impl Part for Fujii {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> SingleBounce<T> {
+        let [r] = shapes.take();
+        SingleBounce::new(r)
     }
 }
 

@@ -17,7 +17,7 @@
 //! -> 0: Lambert, but for the step where wo leaves the lobe's hemisphere. No peak at grazing incidence that
 //! real surfaces have: see the microfacet models.
 
-use super::{Choices, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
+use super::{Choices, Kernel, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use std::f64::consts::PI;
@@ -67,15 +67,9 @@ pub(super) fn exponent() -> ParamSpec {
     ParamSpec::shape("n", "exponent", (0.01, 1e6), (1.0, 1e5), 30.0, Scale::Log).sharper_when(Sharper::Larger)
 }
 
-impl Part for Phong {
-    const SHAPES: usize = 1;
+impl Kernel for Phong {
     type Prepared<T: Scalar> = Exponent<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponent<T> {
-        let [n] = shapes.take();
-        Exponent::new(n)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(exponent: &Exponent<T>, g: &Geometry<T::Real>) -> [T; 1] {
@@ -86,6 +80,16 @@ impl Part for Phong {
         let cos: T::Real = zi * zo - xi * xo - yi * yo;
         let zero = T::Real::literal(0.0);
         [T::if_less(zero, cos, exponent.lobe(ln_of_both(cos, away)), T::from_real(zero))]
+    }
+}
+
+impl Part for Phong {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Exponent<T> {
+        let [n] = shapes.take();
+        Exponent::new(n)
     }
 }
 

@@ -32,50 +32,14 @@
 use super::cook_torrance::DISTRIBUTION;
 use super::parts::distribution::Distribution;
 use super::parts::shadowing::Shadowing;
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Values, Visitor};
-use crate::geometry::Geometry;
+use super::{Choices, Model, ModelOption, ParamSpec, Values, Visitor};
 use crate::math::Scalar;
-use std::marker::PhantomData;
 
 /// A lobe back to the light.
 #[derive(Clone, Copy, Debug)]
 pub struct Retro {
     distribution: Distribution,
     shadowing: Shadowing,
-}
-
-/// A part at the light's mirror image.
-struct Mirrored<P>(PhantomData<P>);
-
-impl<P: Part> Part for Mirrored<P> {
-    const SHAPES: usize = P::SHAPES;
-    const FUNCTIONS: usize = P::FUNCTIONS;
-    const PREPARES_LONG: bool = P::PREPARES_LONG;
-    type Prepared<T: Scalar> = P::Prepared<T>;
-    type Output<T: Scalar> = P::Output<T>;
-
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> P::Prepared<T> {
-        P::prepare(shapes)
-    }
-
-    #[inline(always)]
-    fn at<T: Scalar>(prepared: &P::Prepared<T>, g: &Geometry<T::Real>) -> P::Output<T> {
-        let [x, y, z] = g.wi;
-        P::at(prepared, &Geometry::new([-x, -y, z], g.wo))
-    }
-}
-
-/// Shows parts at the light's mirror image.
-struct AtMirrorImage<'a, V>(&'a mut V);
-
-impl<V: Visitor> Visitor for AtMirrorImage<'_, V> {
-    fn part<P: Part>(&mut self, first: usize) {
-        self.0.part::<Mirrored<P>>(first);
-    }
-
-    fn next_term(&mut self) {
-        self.0.next_term();
-    }
 }
 
 impl Model for Retro {
@@ -109,8 +73,9 @@ impl Model for Retro {
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
-        self.distribution.show(&mut AtMirrorImage(visitor));
-        self.shadowing.show(self.distribution, &mut AtMirrorImage(visitor));
+        visitor.mirror_light();
+        self.distribution.show(visitor);
+        self.shadowing.show(self.distribution, visitor);
     }
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {

@@ -22,7 +22,7 @@
 //! in place of sqrt(ci co). m -> 0: a mirror.
 
 use super::parts::distribution::{Anisotropic, Isotropic, Roughness};
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Values, Visitor};
+use super::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use std::f64::consts::FRAC_1_PI;
@@ -81,17 +81,11 @@ impl Slopes {
 /// 1/(4 pi mx my) exp(-(hx^2/mx^2 + hy^2/my^2)/hz^2)
 struct Exponential<R>(PhantomData<R>);
 
-impl<R: Roughness> Part for Exponential<R> {
-    const SHAPES: usize = R::SHAPES;
+impl<R: Roughness> Kernel for Exponential<R> {
     const SHARED_ON_RINGS: bool = true;
     /// The roughness and the peak.
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Prepared<T> {
-        let m = R::prepare(&mut shapes);
-        (m, R::product(&m).recip().times(0.25 * FRAC_1_PI))
-    }
 
     #[inline(always)]
     fn at<T: Scalar>((m, peak): &Self::Prepared<T>, g: &Geometry<T::Real>) -> [T; 1] {
@@ -99,21 +93,35 @@ impl<R: Roughness> Part for Exponential<R> {
     }
 }
 
+impl<R: Roughness> Part for Exponential<R> {
+    type Kernel = Self;
+    const SHAPES: usize = R::SHAPES;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> PreparedBy<Self, T> {
+        let m = R::prepare(&mut shapes);
+        (m, R::product(&m).recip().times(0.25 * FRAC_1_PI))
+    }
+}
+
 /// 1/sqrt(ci co)
 pub(super) struct GeometricMean;
 
-impl Part for GeometricMean {
-    const SHAPES: usize = 0;
+impl Kernel for GeometricMean {
     type Prepared<T: Scalar> = ();
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
         let product: T::Real = g.cos_i() * g.cos_o();
         [T::from_real(product.sqrt().recip())]
     }
+}
+
+impl Part for GeometricMean {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 }
 
 impl Model for Ward {

@@ -19,7 +19,7 @@
 //! neither fault.
 
 use super::ward::{SHAPE, Slopes};
-use super::{Choices, Model, ModelOption, ParamSpec, Part, Values, Visitor};
+use super::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Values, Visitor};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 
@@ -32,18 +32,22 @@ pub struct WardDuer {
 /// 1/(ci co)
 pub(super) struct Product;
 
-impl Part for Product {
-    const SHAPES: usize = 0;
+impl Kernel for Product {
     type Prepared<T: Scalar> = ();
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
         let product: T::Real = g.cos_i() * g.cos_o();
         [T::from_real(product.recip())]
     }
+}
+
+impl Part for Product {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 }
 
 impl Model for WardDuer {

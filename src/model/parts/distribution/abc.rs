@@ -15,7 +15,8 @@
 //! lobe's scale. Smith's integral is tabulated ([`SlopeTable`]).
 
 use super::roughness::One;
-use super::{FacetDistribution, Isotropic, Projected, SlopeTable, exp_times};
+use super::slope_table::{ScaledTable, TableOfSlopes};
+use super::{FacetDistribution, Isotropic, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -23,24 +24,6 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 pub(crate) struct Abc;
-
-/// m^2 = 2/(b c): the Beckmann surface that it approaches where c is large.
-pub(crate) struct FallOff;
-
-impl Projected for FallOff {
-    const SHAPES: usize = 2;
-    type Prepared<T: Scalar> = One<T>;
-
-    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> One<T> {
-        let [b, c] = shapes.take();
-        One::squared((b * c).recip().times(2.0))
-    }
-
-    #[inline(always)]
-    fn projected_slope2<T: Scalar>(one: &One<T>, v: [T::Real; 3]) -> T {
-        Isotropic::projected_slope2(one, v)
-    }
-}
 
 static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(96));
 
@@ -77,12 +60,12 @@ pub(crate) fn one_less_cos<R: Real>(g: &Geometry<R>) -> R {
 
 impl FacetDistribution for Abc {
     const SHAPES: usize = 2;
-    const SLOPES_TAKE_LONG: bool = true;
-    type Beckmann = FallOff;
+    const SMITH_TAKES_LONG: bool = true;
+    type Smith = TableOfSlopes<Isotropic>;
+    type Beckmann = Isotropic;
+    const BECKMANN_SHAPES: usize = 2;
     /// b, c, 1/N.
     type Prepared<T: Scalar> = [T; 3];
-    /// The table, and the squared scale on which it stands.
-    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         vec![
@@ -102,23 +85,24 @@ impl FacetDistribution for Abc {
         exp_times(ln_unnormalised(b, c, T::from_real(one_less_cos(g))), peak)
     }
 
-    fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {
+    fn prepare_smith<T: Scalar>(shapes: Values<'_, T>) -> ScaledTable<Isotropic, T> {
         let [b, c, peak] = Self::prepare(shapes);
         // The peak's width; no wider than the hemisphere.
         let (narrow, wide): (T, T) = (b.recip().times(2.0), T::constant(1.0));
         let scale2 = T::if_less(narrow.value(), wide.value(), narrow, wide);
-        let table = SlopeTable::new(|u2: T| {
+        let table = SlopeTable::new(&|u2: T| {
             let t2: T = scale2 * u2;
             let cos2 = t2.plus(1.0).recip();
             // 1 - cos = sin^2/(1 + cos)
             let one_less_cos = t2 * cos2 / cos2.sqrt().plus(1.0);
             unnormalised(b, c, one_less_cos) * peak * cos2 * cos2 * scale2
         });
-        (table, scale2)
+        (One::squared(scale2), table)
     }
 
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>((table, scale2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(*scale2, g)
+    /// m^2 = 2/(b c): the Beckmann surface that it approaches where c is large.
+    fn prepare_beckmann<T: Scalar>(mut shapes: Values<'_, T>) -> One<T> {
+        let [b, c] = shapes.take();
+        One::squared((b * c).recip().times(2.0))
     }
 }

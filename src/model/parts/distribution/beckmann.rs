@@ -10,7 +10,7 @@
 //! (doi:10.1145/357290.357293), with the pi that several texts leave out; Smith 1967 (doi:10.1109/TAP.1967.1138991). m
 //! is the root-mean-square slope. D underflows to 0 where tan > 27 m: the surface has no such facets.
 
-use super::{FacetDistribution, Roughness, exp_times};
+use super::{FacetDistribution, Roughness, SmithForm, exp_times};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Values};
@@ -21,40 +21,44 @@ pub(super) struct Beckmann<R>(PhantomData<R>);
 
 impl<R: Roughness> FacetDistribution for Beckmann<R> {
     const SHAPES: usize = R::SHAPES;
+    type Smith = Self;
     type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
-    type Slopes<T: Scalar> = R::Prepared<T>;
 
     fn parameters() -> Vec<ParamSpec> {
         R::parameters()
     }
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Prepared<T> {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> (R::Prepared<T>, T) {
         let m = R::prepare(&mut shapes);
         (m, R::product(&m).recip().times(FRAC_1_PI))
     }
 
     #[inline(always)]
-    fn density<T: Scalar>((m, peak): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
+    fn density<T: Scalar>((m, peak): &(R::Prepared<T>, T), g: &Geometry<T::Real>) -> T {
         let cos2: T::Real = g.cos_h() * g.cos_h();
         let cos4: T::Real = cos2 * cos2;
         exp_times(-R::squared_slope(m, g), *peak / cos4)
     }
 
-    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
         R::prepare(&mut shapes)
     }
+}
+
+impl<R: Roughness> SmithForm for Beckmann<R> {
+    type Prepared<T: Scalar> = R::Prepared<T>;
 
     #[inline(always)]
-    fn stretched_cosines<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
-        let of = |v: [T::Real; 3]| stretched_cos(R::projected_slope2(m, v), v[2]);
+    fn smith_cosines<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
+        let of = |v: [T::Real; 3]| smith_cosine(R::projected_slope2(m, v), v[2]);
         (of(g.wi), of(g.wo))
     }
 }
 
 /// cos (1 + 2 Lambda), from (m sin)^2 and the cosine.
 #[inline(always)]
-fn stretched_cos<T: Scalar>(slope2: T, cos: T::Real) -> T {
+fn smith_cosine<T: Scalar>(slope2: T, cos: T::Real) -> T {
     // At normal incidence the root's slope would be infinite.
     let floor = T::constant(1e-37);
     let slope = T::if_less(floor.value(), slope2.value(), slope2, floor).sqrt();

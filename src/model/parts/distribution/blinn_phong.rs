@@ -11,6 +11,7 @@
 //! ([`SlopeTable`]). With two roughnesses the table is that of sqrt(mx my), stretched: exact for distributions that are
 //! stretched copies of one another, which this one is close to where mx and my are small. m = 1: n = 0, constant 1/pi.
 
+use super::slope_table::{ScaledTable, TableOfSlopes};
 use super::{FacetDistribution, Roughness, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -22,10 +23,10 @@ pub(super) struct BlinnPhong<R>(PhantomData<R>);
 
 impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
     const SHAPES: usize = R::SHAPES;
-    const SLOPES_TAKE_LONG: bool = true;
+    const SMITH_TAKES_LONG: bool = true;
+    type Smith = TableOfSlopes<R>;
     type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
-    type Slopes<T: Scalar> = (R::Prepared<T>, SlopeTable<T>);
 
     fn parameters() -> Vec<ParamSpec> {
         R::parameters()
@@ -46,18 +47,12 @@ impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
         exp_times((R::squared_slope(m, g) - tan2) * ratio, *peak)
     }
 
-    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> ScaledTable<R, T> {
         let m = R::prepare(&mut shapes);
         let m2 = R::product(&m);
         // D cos^4 = 1/(pi m^2) (1 + t^2)^-(n + 4)/2, in units t = m u.
         let power = -(m2.recip().plus(1.0));
-        let table = SlopeTable::new(|u2: T| ((m2 * u2).ln_1p() * power).exp().times(FRAC_1_PI));
+        let table = SlopeTable::new(&|u2: T| ((m2 * u2).ln_1p() * power).exp().times(FRAC_1_PI));
         (m, table)
-    }
-
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>((m, table): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        let of = |v: [T::Real; 3]| table.stretched_cos(R::projected_slope2(m, v), v[2]);
-        (of(g.wi), of(g.wo))
     }
 }

@@ -13,7 +13,8 @@
 //! (doi:10.1145/3072959.3073621), whose distributions include it; p = 1/2 is exponential in the slope. For p < 1 it has
 //! a cusp at the normal, for p < 1/2 as sharp as its data are dense. Smith's integral is tabulated ([`SlopeTable`]).
 
-use super::roughness::roughness;
+use super::roughness::{One, roughness};
+use super::slope_table::{ScaledTable, TableOfSlopes};
 use super::{FacetDistribution, Isotropic, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar, ln_gamma};
@@ -40,11 +41,11 @@ fn ln_fall<T: Scalar>(p: T, u2: T) -> T {
 
 impl FacetDistribution for ExponentialPower {
     const SHAPES: usize = 2;
-    const SLOPES_TAKE_LONG: bool = true;
+    const SMITH_TAKES_LONG: bool = true;
+    type Smith = TableOfSlopes<Isotropic>;
     type Beckmann = Isotropic;
     /// 1/m^2, p, and D at the normal.
     type Prepared<T: Scalar> = [T; 3];
-    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         let p = ParamSpec::shape("p", "power of the squared slope", (0.2, 5.0), (0.3, 2.0), 1.0, Scale::Log);
@@ -64,14 +65,9 @@ impl FacetDistribution for ExponentialPower {
         exp_times(ln_fall(p, inverse_m2 * g.tan2_h()), peak / cos4)
     }
 
-    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> ScaledTable<Isotropic, T> {
         let [m, p] = shapes.take();
         let peak = unit_peak(p);
-        (SlopeTable::new(|u2: T| ln_fall(p, u2).exp() * peak), m * m)
-    }
-
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>((table, m2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(*m2, g)
+        (One::squared(m * m), SlopeTable::new(&|u2: T| ln_fall(p, u2).exp() * peak))
     }
 }

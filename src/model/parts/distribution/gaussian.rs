@@ -10,6 +10,8 @@
 //! Its Smith integral has no closed form and is tabulated ([`SlopeTable`]); for small m, where angle and slope are
 //! alike, it tends to Beckmann's.
 
+use super::roughness::One;
+use super::slope_table::{ScaledTable, TableOfSlopes};
 use super::{FacetDistribution, Isotropic, Roughness, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar};
@@ -43,12 +45,11 @@ fn arc_tangent<T: Scalar>(t: T) -> T {
 
 impl FacetDistribution for Gaussian {
     const SHAPES: usize = 1;
-    const SLOPES_TAKE_LONG: bool = true;
+    const SMITH_TAKES_LONG: bool = true;
+    type Smith = TableOfSlopes<Isotropic>;
     type Beckmann = Isotropic;
     /// 1/m^2 and D at the normal.
     type Prepared<T: Scalar> = [T; 2];
-    /// The table, and the squared scale on which it stands.
-    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         Isotropic::parameters()
@@ -66,11 +67,11 @@ impl FacetDistribution for Gaussian {
         exp_times(-(inverse_m2 * alpha2), peak)
     }
 
-    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> ScaledTable<Isotropic, T> {
         let [m] = shapes.take();
         let (inverse_m2, peak): (T, T) = ((m * m).recip(), normalisation(m).recip());
         let scale2: T = m * m;
-        let table = SlopeTable::new(|u2: T| {
+        let table = SlopeTable::new(&|u2: T| {
             // Single precision has no numbers for the innermost slopes, and at 0 the root has no slope.
             let (t2, floor): (T, T) = (scale2 * u2, T::from_real(T::Real::TINY));
             let t2 = T::if_less(floor.value(), t2.value(), t2, floor);
@@ -78,11 +79,6 @@ impl FacetDistribution for Gaussian {
             let alpha = arc_tangent(t2.sqrt());
             (-(inverse_m2 * alpha * alpha)).exp() * peak * cos2 * cos2 * scale2
         });
-        (table, scale2)
-    }
-
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>((table, scale2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(*scale2, g)
+        (One::squared(scale2), table)
     }
 }

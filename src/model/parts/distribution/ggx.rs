@@ -12,42 +12,46 @@
 //! all digits of a sharp peak; the sum of squares above does not. m -> 0: a mirror, peak 1/(pi m^2). m = 1: constant
 //! 1/pi.
 
-use super::{FacetDistribution, Roughness};
+use super::{FacetDistribution, Roughness, SmithForm};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Values};
 use std::f64::consts::FRAC_1_PI;
 use std::marker::PhantomData;
 
-pub(super) struct Ggx<R>(PhantomData<R>);
+pub(crate) struct Ggx<R>(PhantomData<R>);
 
 impl<R: Roughness> FacetDistribution for Ggx<R> {
     const SHAPES: usize = R::SHAPES;
+    type Smith = Self;
     type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
-    type Slopes<T: Scalar> = R::Prepared<T>;
 
     fn parameters() -> Vec<ParamSpec> {
         R::parameters()
     }
 
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Prepared<T> {
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> (R::Prepared<T>, T) {
         let m = R::prepare(&mut shapes);
         (m, R::product(&m).times(FRAC_1_PI))
     }
 
     #[inline(always)]
-    fn density<T: Scalar>((m, m2_over_pi): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
+    fn density<T: Scalar>((m, m2_over_pi): &(R::Prepared<T>, T), g: &Geometry<T::Real>) -> T {
         let denominator = R::stretched(m, g);
         *m2_over_pi / (denominator * denominator)
     }
 
-    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
         R::prepare(&mut shapes)
     }
+}
+
+impl<R: Roughness> SmithForm for Ggx<R> {
+    type Prepared<T: Scalar> = R::Prepared<T>;
 
     #[inline(always)]
-    fn stretched_cosines<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
+    fn smith_cosines<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
         let squared = |v: [T::Real; 3]| {
             let cos2: T::Real = v[2] * v[2];
             R::projected_slope2(m, v) + cos2

@@ -14,14 +14,15 @@
 //! pi m^2 phi(-(gamma - 1) L)/phi(-L), smooth at both. Changing m does not stretch it; its Smith integral has
 //! no closed form and is tabulated ([`SlopeTable`]), where Disney uses that of GGX at another roughness.
 
-use super::roughness::roughness;
+use super::roughness::{One, roughness};
+use super::slope_table::{ScaledTable, TableOfSlopes};
 use super::{FacetDistribution, Isotropic, SlopeTable, exp_times, relative_exp_m1};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Scale, Sharper, Values};
 use std::f64::consts::PI;
 
-pub(super) struct Gtr;
+pub(crate) struct Gtr;
 
 /// D at the normal, 1/N.
 fn peak<T: Scalar>(m: T, gamma: T) -> T {
@@ -32,11 +33,11 @@ fn peak<T: Scalar>(m: T, gamma: T) -> T {
 
 impl FacetDistribution for Gtr {
     const SHAPES: usize = 2;
-    const SLOPES_TAKE_LONG: bool = true;
+    const SMITH_TAKES_LONG: bool = true;
+    type Smith = TableOfSlopes<Isotropic>;
     type Beckmann = Isotropic;
     /// 1/m^2, gamma, and D at the normal.
     type Prepared<T: Scalar> = [T; 3];
-    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         let gamma =
@@ -56,19 +57,14 @@ impl FacetDistribution for Gtr {
         exp_times(-(gamma * base.ln()), peak)
     }
 
-    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> ScaledTable<Isotropic, T> {
         let [m, gamma] = shapes.take();
         let (m2, peak): (T, T) = (m * m, peak(m, gamma));
         // cos^2 + sin^2/m^2 = (1 + u^2)/(1 + m^2 u^2) with the slope m u
-        let table = SlopeTable::new(|u2: T| {
+        let table = SlopeTable::new(&|u2: T| {
             let (near, far): (T, T) = (u2.ln_1p(), (m2 * u2).ln_1p());
             (gamma.plus(-2.0) * far - gamma * near).exp() * peak * m2
         });
-        (table, m2)
-    }
-
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>((table, m2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(*m2, g)
+        (One::squared(m2), table)
     }
 }

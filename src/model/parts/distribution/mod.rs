@@ -8,20 +8,22 @@ mod gaussian;
 mod ggx;
 mod gtr;
 pub mod half_angle;
+mod registry;
 mod roughness;
 mod sgd;
 mod slope_table;
 mod student_t;
 mod tabulated;
 
+pub use registry::Distribution;
 pub use slope_table::SlopeTable;
 
-use super::parts;
-use super::shadowing::Shadows;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
-use crate::model::{ParamSpec, Part, Values, Visitor};
-pub(crate) use roughness::{Anisotropic, Isotropic, Projected, Roughness};
+use crate::model::{Kernel, ParamSpec, Part, Values};
+pub(crate) use ggx::Ggx;
+pub(crate) use gtr::Gtr;
+pub(crate) use roughness::{Anisotropic, Isotropic, Roughness};
 use std::marker::PhantomData;
 
 /// A distribution of facet normals.
@@ -30,14 +32,16 @@ pub trait FacetDistribution: 'static {
     const SHAPES: usize;
     /// Whether [`FacetDistribution::prepare`] takes longer than a block.
     const DENSITY_TAKES_LONG: bool = false;
-    /// Whether [`FacetDistribution::prepare_slopes`] takes longer than a block.
-    const SLOPES_TAKE_LONG: bool = false;
-    /// The roughness that it has where it is taken for a Beckmann surface.
-    type Beckmann: Projected;
+    /// Whether [`FacetDistribution::prepare_smith`] takes longer than a block.
+    const SMITH_TAKES_LONG: bool = false;
     /// What D needs of the shapes.
     type Prepared<T: Scalar>: Clone + Send + Sync + 'static;
-    /// What Smith's shadowing needs of the shapes.
-    type Slopes<T: Scalar>: Clone + Send + Sync + 'static;
+    /// How Smith's shadowing is evaluated.
+    type Smith: SmithForm;
+    /// The roughness that it has where it is taken for a Beckmann surface.
+    type Beckmann: Roughness;
+    /// How many of the shapes, the first ones, decide that roughness.
+    const BECKMANN_SHAPES: usize = Self::Beckmann::SHAPES;
 
     /// The parameters.
     fn parameters() -> Vec<ParamSpec>;
@@ -49,30 +53,51 @@ pub trait FacetDistribution: 'static {
     fn density<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> T;
 
     /// What Smith's shadowing needs of the shapes, computed when they have changed.
-    fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T>;
+    fn prepare_smith<T: Scalar>(shapes: Values<'_, T>) -> <Self::Smith as SmithForm>::Prepared<T>;
 
-    /// cos(theta) (1 + 2 Lambda(theta)) with Smith's Lambda for this distribution, for the light and for the viewer.
-    /// The cosine keeps it finite at grazing; in this form no Lambda that is known needs a difference.
-    fn stretched_cosines<T: Scalar>(slopes: &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T);
+    /// The roughness of the Beckmann surface that it is taken for.
+    fn prepare_beckmann<T: Scalar>(mut shapes: Values<'_, T>) -> <Self::Beckmann as Roughness>::Prepared<T> {
+        Self::Beckmann::prepare(&mut shapes)
+    }
+}
+
+/// A form of Smith's shadowing: closed, or a table. Distributions that share one differ in how they prepare it.
+pub trait SmithForm: 'static {
+    /// What it needs of the shapes.
+    type Prepared<T: Scalar>: Clone + Send + Sync + 'static;
+
+    /// C = cos(theta) (1 + 2 Lambda(theta)) with Smith's Lambda, for the light and for the viewer. The cosine keeps it
+    /// finite at grazing; in this form no Lambda that is known needs a difference.
+    fn smith_cosines<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> (T, T);
+}
+
+/// Which facets are seen by both the light and the viewer.
+pub trait Shadows: 'static {
+    /// The visibility G/(4 ci co) of distribution `D`, a part whose shapes are the distribution's.
+    type Visibility<D: FacetDistribution>: Part;
 }
 
 /// The density of a distribution as a part of a lobe.
 pub struct Density<D>(PhantomData<D>);
 
-impl<D: FacetDistribution> Part for Density<D> {
-    const SHAPES: usize = D::SHAPES;
+impl<D: FacetDistribution> Kernel for Density<D> {
     const SHARED_ON_RINGS: bool = true;
-    const PREPARES_LONG: bool = D::DENSITY_TAKES_LONG;
     type Prepared<T: Scalar> = D::Prepared<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> D::Prepared<T> {
-        D::prepare(shapes)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(prepared: &D::Prepared<T>, g: &Geometry<T::Real>) -> [T; 1] {
         [D::density(prepared, g)]
+    }
+}
+
+impl<D: FacetDistribution> Part for Density<D> {
+    type Kernel = Self;
+    const SHAPES: usize = D::SHAPES;
+    const PREPARES_LONG: bool = D::DENSITY_TAKES_LONG;
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> D::Prepared<T> {
+        D::prepare(shapes)
     }
 }
 
@@ -95,74 +120,6 @@ pub(in crate::model) fn relative_exp_m1<T: Scalar>(x: T) -> T {
     // Not 0/0 where the series stands in.
     let large = T::if_less(magnitude.value(), small.value(), small, x);
     T::if_less(magnitude.value(), small.value(), series, large.exp().plus(-1.0) / large)
-}
-
-macro_rules! distributions {
-    ($($name:literal => $part:ident: $type:ty),* $(,)?) => {
-        parts! {
-            /// Any facet distribution.
-            Distribution: $($name => $part),*
-        }
-
-        impl Distribution {
-            /// How many shapes it has.
-            #[must_use]
-            pub const fn shapes(self) -> usize {
-                match self { $(Self::$part => <$type>::SHAPES),* }
-            }
-
-            /// The parameters, all of them shapes.
-            #[must_use]
-            pub fn parameters(self) -> Vec<ParamSpec> {
-                match self { $(Self::$part => <$type>::parameters()),* }
-            }
-
-            /// Shows the density as a part whose shapes are a lobe's first.
-            pub fn show(self, visitor: &mut impl Visitor) {
-                match self { $(Self::$part => visitor.part::<Density<$type>>(0)),* }
-            }
-
-            /// Shows what `S` makes of the distribution as a part whose shapes are a lobe's first.
-            pub(crate) fn show_visibility<S: Shadows>(self, visitor: &mut impl Visitor) {
-                match self { $(Self::$part => S::show::<$type>(visitor)),* }
-            }
-        }
-
-        #[cfg(test)]
-        impl Distribution {
-            /// D with these shapes.
-            fn density(self, shapes: &[f64]) -> Box<dyn Fn(&Geometry<f64>) -> f64> {
-                match self { $(Self::$part => {
-                    let prepared = <$type>::prepare(Values::new(shapes));
-                    Box::new(move |g| <$type>::density(&prepared, g))
-                }),* }
-            }
-
-            /// cos(theta) Lambda(theta) of the light's direction with these shapes.
-            fn cos_lambda(self, shapes: &[f64]) -> Box<dyn Fn(&Geometry<f64>) -> f64> {
-                match self { $(Self::$part => {
-                    let slopes = <$type>::prepare_slopes(Values::new(shapes));
-                    Box::new(move |g| 0.5 * (<$type>::stretched_cosines(&slopes, g).0 - g.cos_i()))
-                }),* }
-            }
-        }
-    };
-}
-
-distributions! {
-    "ggx" => Ggx: ggx::Ggx<Isotropic>,
-    "ggx-anisotropic" => GgxAnisotropic: ggx::Ggx<Anisotropic>,
-    "beckmann" => Beckmann: beckmann::Beckmann<Isotropic>,
-    "beckmann-anisotropic" => BeckmannAnisotropic: beckmann::Beckmann<Anisotropic>,
-    "blinn-phong" => BlinnPhong: blinn_phong::BlinnPhong<Isotropic>,
-    "blinn-phong-anisotropic" => BlinnPhongAnisotropic: blinn_phong::BlinnPhong<Anisotropic>,
-    "gaussian" => Gaussian: gaussian::Gaussian,
-    "gtr" => Gtr: gtr::Gtr,
-    "student-t" => StudentT: student_t::StudentT,
-    "exponential-power" => ExponentialPower: exponential_power::ExponentialPower,
-    "sgd" => Sgd: sgd::Sgd,
-    "abc" => Abc: abc::Abc,
-    "tabulated" => Tabulated: tabulated::Tabulated,
 }
 
 #[cfg(test)]
@@ -337,8 +294,8 @@ mod tests {
     /// The quadrature of the generator on distributions whose Smith integral is known.
     #[test]
     fn tabulated_shadowing_agrees_with_closed_forms() {
-        let beckmann = SlopeTable::<f64>::new(|u2: f64| (-u2).exp() / PI);
-        let ggx = SlopeTable::<f64>::new(|u2: f64| (1.0 + u2).powi(-2) / PI);
+        let beckmann = SlopeTable::<f64>::new(&|u2: f64| (-u2).exp() / PI);
+        let ggx = SlopeTable::<f64>::new(&|u2: f64| (1.0 + u2).powi(-2) / PI);
         let mut worst = 0.0_f64;
         for (name, table) in [("beckmann", beckmann), ("ggx", ggx)] {
             for m in [1e-4, 1e-3, 0.01, 0.1, 0.3, 0.6, 1.0] {
@@ -349,7 +306,7 @@ mod tests {
                     let cos = g.cos_i();
                     let g1 = |cos_lambda: f64| cos / (cos + cos_lambda);
                     let exact = g1(closed(&g));
-                    let found = g1(0.5 * (table.stretched_cos(m * m * g.sin2_i(), cos) - cos));
+                    let found = g1(0.5 * (table.smith_cosine(m * m * g.sin2_i(), cos) - cos));
                     worst = worst.max((found / exact - 1.0).abs());
                 }
             }

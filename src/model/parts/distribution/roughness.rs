@@ -14,24 +14,21 @@ use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::{ParamSpec, Scale, Sharper, Values};
 
-/// What shadowing needs of a roughness.
-pub trait Projected: 'static {
+/// One or two roughnesses.
+pub trait Roughness: 'static {
     /// How many shapes it is known from.
     const SHAPES: usize;
     /// What depends on them alone.
     type Prepared<T: Scalar>: Copy + Send + Sync + 'static;
+
+    /// m, or mx and my.
+    fn parameters() -> Vec<ParamSpec>;
 
     /// Takes the shapes.
     fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> Self::Prepared<T>;
 
     /// mx^2 vx^2 + my^2 vy^2.
     fn projected_slope2<T: Scalar>(prepared: &Self::Prepared<T>, v: [T::Real; 3]) -> T;
-}
-
-/// One or two roughnesses.
-pub trait Roughness: Projected {
-    /// m, or mx and my.
-    fn parameters() -> Vec<ParamSpec>;
 
     /// mx my.
     fn product<T: Scalar>(prepared: &Self::Prepared<T>) -> T;
@@ -66,9 +63,13 @@ impl<T: Scalar> One<T> {
     }
 }
 
-impl Projected for Isotropic {
+impl Roughness for Isotropic {
     const SHAPES: usize = 1;
     type Prepared<T: Scalar> = One<T>;
+
+    fn parameters() -> Vec<ParamSpec> {
+        vec![roughness("m", "roughness").sharper_when(Sharper::Smaller)]
+    }
 
     fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> One<T> {
         let [m] = shapes.take();
@@ -79,12 +80,6 @@ impl Projected for Isotropic {
     fn projected_slope2<T: Scalar>(one: &One<T>, [x, y, _]: [T::Real; 3]) -> T {
         let x2: T::Real = x * x;
         one.m2 * (x2 + y * y)
-    }
-}
-
-impl Roughness for Isotropic {
-    fn parameters() -> Vec<ParamSpec> {
-        vec![roughness("m", "roughness").sharper_when(Sharper::Smaller)]
     }
 
     #[inline(always)]
@@ -119,9 +114,16 @@ pub struct Two<T> {
     inverse_ratio: T,
 }
 
-impl Projected for Anisotropic {
+impl Roughness for Anisotropic {
     const SHAPES: usize = 2;
     type Prepared<T: Scalar> = Two<T>;
+
+    fn parameters() -> Vec<ParamSpec> {
+        vec![
+            roughness("mx", "roughness along x").sharper_when(Sharper::Smaller),
+            roughness("my", "roughness along y").isotropic_as("mx"),
+        ]
+    }
 
     fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> Two<T> {
         let [mx, my] = shapes.take();
@@ -141,15 +143,6 @@ impl Projected for Anisotropic {
     fn projected_slope2<T: Scalar>(two: &Two<T>, [x, y, _]: [T::Real; 3]) -> T {
         let (x2, y2): (T::Real, T::Real) = (x * x, y * y);
         two.mx2 * x2 + two.my2 * y2
-    }
-}
-
-impl Roughness for Anisotropic {
-    fn parameters() -> Vec<ParamSpec> {
-        vec![
-            roughness("mx", "roughness along x").sharper_when(Sharper::Smaller),
-            roughness("my", "roughness along y").isotropic_as("mx"),
-        ]
     }
 
     #[inline(always)]

@@ -15,7 +15,8 @@
 //! tabulated ([`SlopeTable`]) in place of the paper's fitted one, which `bagher-sgd` has.
 
 use super::roughness::One;
-use super::{FacetDistribution, Isotropic, Projected, SlopeTable, exp_times};
+use super::slope_table::{ScaledTable, TableOfSlopes};
+use super::{FacetDistribution, Isotropic, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Scalar};
 use crate::model::{ParamSpec, Scale, Sharper, Values};
@@ -23,24 +24,6 @@ use std::f64::consts::FRAC_1_PI;
 use std::sync::LazyLock;
 
 pub(crate) struct Sgd;
-
-/// m^2 = alpha: the Beckmann surface that it is with p = 0.
-pub(crate) struct Alpha;
-
-impl Projected for Alpha {
-    const SHAPES: usize = 1;
-    type Prepared<T: Scalar> = One<T>;
-
-    fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> One<T> {
-        let [alpha] = shapes.take();
-        One::squared(alpha)
-    }
-
-    #[inline(always)]
-    fn projected_slope2<T: Scalar>(one: &One<T>, v: [T::Real; 3]) -> T {
-        Isotropic::projected_slope2(one, v)
-    }
-}
 
 static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(24));
 
@@ -66,12 +49,11 @@ pub(crate) fn normaliser<T: Scalar>(alpha: T, p: T) -> T {
 impl FacetDistribution for Sgd {
     const SHAPES: usize = 2;
     const DENSITY_TAKES_LONG: bool = true;
-    const SLOPES_TAKE_LONG: bool = true;
-    type Beckmann = Alpha;
+    const SMITH_TAKES_LONG: bool = true;
+    type Smith = TableOfSlopes<Isotropic>;
+    type Beckmann = Isotropic;
     /// alpha, 1/alpha, p, K/pi.
     type Prepared<T: Scalar> = [T; 4];
-    /// The table, and the squared scale on which it stands.
-    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         vec![
@@ -101,16 +83,17 @@ impl FacetDistribution for Sgd {
         exp_times(ln_fall(prepared, T::from_real(g.tan2_h())), k_over_pi / cos4)
     }
 
-    fn prepare_slopes<T: Scalar>(shapes: Values<'_, T>) -> Self::Slopes<T> {
+    fn prepare_smith<T: Scalar>(shapes: Values<'_, T>) -> ScaledTable<Isotropic, T> {
         let prepared = Self::prepare(shapes);
         let [alpha, _, _, k_over_pi] = prepared;
-        let table = SlopeTable::new(|u2: T| ln_fall(&prepared, alpha * u2).exp() * k_over_pi * alpha);
-        (table, alpha)
+        let table = SlopeTable::new(&|u2: T| ln_fall(&prepared, alpha * u2).exp() * k_over_pi * alpha);
+        (One::squared(alpha), table)
     }
 
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>((table, scale2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(*scale2, g)
+    /// m^2 = alpha: the Beckmann surface that it is with p = 0.
+    fn prepare_beckmann<T: Scalar>(mut shapes: Values<'_, T>) -> One<T> {
+        let [alpha] = shapes.take();
+        One::squared(alpha)
     }
 }
 

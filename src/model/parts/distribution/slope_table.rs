@@ -24,9 +24,11 @@
 //! This is also the shadowing that Ashikhmin, Premoze and Shirley 2000 (doi:10.1145/344779.344814) find for any
 //! distribution: their g(k) = int (h.k)+ p(h) dh with p = D <n.h> is cos(theta)/G1.
 
+use super::{Roughness, SmithForm};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar, count};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::marker::PhantomData;
 use std::sync::{Arc, LazyLock};
 
 /// Cells of the table.
@@ -60,7 +62,7 @@ static POINTS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
 impl<T: Scalar> SlopeTable<T> {
     /// The table for a density of slopes that is given, in units of the scale, as a function of the squared slope in
     /// the same units. Its integral over the plane is 1.
-    pub fn new(density: impl Fn(T) -> T) -> Self {
+    pub fn new(density: &dyn Fn(T) -> T) -> Self {
         let literal = T::Real::literal;
         // Farther out than a small type can count there are no facets that it could see.
         let countable = |w: f64| {
@@ -105,7 +107,7 @@ impl<T: Scalar> SlopeTable<T> {
     /// cos (1 + 2 Lambda) of a direction, from (m sin)^2 and its cosine.
     #[inline(always)]
     #[expect(clippy::indexing_slicing, reason = "the cell is kept inside the table")]
-    pub fn stretched_cos(&self, slope2: T, cos: T::Real) -> T {
+    pub fn smith_cosine(&self, slope2: T, cos: T::Real) -> T {
         // At normal incidence the root's slope would be infinite.
         let floor = T::constant(1e-37);
         let slope = T::if_less(floor.value(), slope2.value(), slope2, floor).sqrt() * self.mean;
@@ -120,10 +122,21 @@ impl<T: Scalar> SlopeTable<T> {
         let c2 = rise - da - c3;
         slope * (a + t * (da + t * (c2 + t * c3))) + cos
     }
+}
 
-    /// The same for the light and for the viewer, from m^2.
+/// Smith's shadowing by a table of slopes, in units of a roughness that may differ along x and y: stretching a surface
+/// stretches its slopes.
+pub struct TableOfSlopes<R>(PhantomData<R>);
+
+/// What [`TableOfSlopes`] prepares: the roughness that is the unit of slopes, and the table.
+pub type ScaledTable<R, T> = (<R as Roughness>::Prepared<T>, SlopeTable<T>);
+
+impl<R: Roughness> SmithForm for TableOfSlopes<R> {
+    type Prepared<T: Scalar> = ScaledTable<R, T>;
+
     #[inline(always)]
-    pub fn stretched_cosines(&self, m2: T, g: &Geometry<T::Real>) -> (T, T) {
-        (self.stretched_cos(m2 * g.sin2_i(), g.cos_i()), self.stretched_cos(m2 * g.sin2_o(), g.cos_o()))
+    fn smith_cosines<T: Scalar>((unit, table): &Self::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
+        let of = |v: [T::Real; 3]| table.smith_cosine(R::projected_slope2(unit, v), v[2]);
+        (of(g.wi), of(g.wo))
     }
 }

@@ -13,7 +13,8 @@
 //! (doi:10.1111/cgf.13137). gamma > 3/2 keeps the mean slope, and with it shadowing, finite. Smith's integral is
 //! tabulated for each gamma ([`SlopeTable`]); the paper's rational fit errs by up to 0.007 in G1.
 
-use super::roughness::roughness;
+use super::roughness::{One, roughness};
+use super::slope_table::{ScaledTable, TableOfSlopes};
 use super::{FacetDistribution, Isotropic, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
@@ -24,11 +25,11 @@ pub(super) struct StudentT;
 
 impl FacetDistribution for StudentT {
     const SHAPES: usize = 2;
-    const SLOPES_TAKE_LONG: bool = true;
+    const SMITH_TAKES_LONG: bool = true;
+    type Smith = TableOfSlopes<Isotropic>;
     type Beckmann = Isotropic;
     /// 1/(m^2 (gamma - 1)), gamma, and D at the normal.
     type Prepared<T: Scalar> = [T; 3];
-    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         let gamma =
@@ -49,15 +50,10 @@ impl FacetDistribution for StudentT {
         exp_times(-(gamma * (scale * g.tan2_h()).ln_1p()), peak / cos4)
     }
 
-    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> ScaledTable<Isotropic, T> {
         let [m, gamma] = shapes.take();
         let scale = gamma.plus(-1.0).recip();
-        let table = SlopeTable::new(|u2: T| (-(gamma * (scale * u2).ln_1p())).exp().times(FRAC_1_PI));
-        (table, m * m)
-    }
-
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>((table, m2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(*m2, g)
+        let table = SlopeTable::new(&|u2: T| (-(gamma * (scale * u2).ln_1p())).exp().times(FRAC_1_PI));
+        (One::squared(m * m), table)
     }
 }

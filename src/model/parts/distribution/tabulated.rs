@@ -23,7 +23,8 @@
 //! (tan > 20 m is beyond the horizon's neighbourhood for m > 0.3) are not determined: their exponents have no error, and
 //! through the normalisation F's strength has none either; `--fix s6=2` and so on leaves them out.
 
-use super::roughness::roughness;
+use super::roughness::{One, roughness};
+use super::slope_table::{ScaledTable, TableOfSlopes};
 use super::{FacetDistribution, Isotropic, SlopeTable, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Scalar};
@@ -100,11 +101,11 @@ impl<T: Scalar> Exponents<T> {
 impl FacetDistribution for Tabulated {
     const SHAPES: usize = 1 + EXPONENTS;
     const DENSITY_TAKES_LONG: bool = true;
-    const SLOPES_TAKE_LONG: bool = true;
+    const SMITH_TAKES_LONG: bool = true;
+    type Smith = TableOfSlopes<Isotropic>;
     type Beckmann = Isotropic;
     /// 1/m^2, D at the normal, the table.
     type Prepared<T: Scalar> = (T, T, Exponents<T>);
-    type Slopes<T: Scalar> = (SlopeTable<T>, T);
 
     fn parameters() -> Vec<ParamSpec> {
         const NAMES: [&str; EXPONENTS] = ["s1", "s2", "s3", "s4", "s5", "s6", "s7"];
@@ -143,16 +144,11 @@ impl FacetDistribution for Tabulated {
         exp_times(-table.integral(v), *peak / cos4)
     }
 
-    fn prepare_slopes<T: Scalar>(mut shapes: Values<'_, T>) -> Self::Slopes<T> {
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> ScaledTable<Isotropic, T> {
         let [m] = shapes.take();
         let table = Exponents::<T>::new(shapes.take());
         let peak = table.normaliser().recip().times(FRAC_1_PI);
         let density = |u2: T| (-table.integral(u2.ln_1p())).exp() * peak;
-        (SlopeTable::new(density), m * m)
-    }
-
-    #[inline(always)]
-    fn stretched_cosines<T: Scalar>((table, m2): &Self::Slopes<T>, g: &Geometry<T::Real>) -> (T, T) {
-        table.stretched_cosines(*m2, g)
+        (One::squared(m * m), SlopeTable::new(&density))
     }
 }

@@ -10,16 +10,17 @@ mod generalised_schlick;
 mod lazanyi;
 mod none;
 mod normal_incidence;
+mod registry;
 mod schlick;
 
 pub(crate) use dielectric::{DielectricIndex, index_constants, index_reflectance, index_transmittance};
 pub use normal_incidence::{Known, NAMES, eta_of_f0, f0_of_eta, f0_of_index, known_f0};
+pub use registry::Fresnel;
 pub(crate) use schlick::Schlick;
 
-use super::parts;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
-use crate::model::{ParamSpec, Part, Values, Visitor};
+use crate::model::{Kernel, ParamSpec, Part, Values};
 use std::marker::PhantomData;
 
 /// What a reflectance keeps of its shapes.
@@ -51,16 +52,11 @@ pub trait FresnelReflectance: 'static {
 /// Fresnel reflectance as a part of a lobe.
 pub struct Reflectance<F>(PhantomData<F>);
 
-impl<F: FresnelReflectance> Part for Reflectance<F> {
-    const SHAPES: usize = F::SHAPES;
+impl<F: FresnelReflectance> Kernel for Reflectance<F> {
     const FUNCTIONS: usize = F::FACTORS;
     const SHARED_ON_RINGS: bool = true;
     type Prepared<T: Scalar> = Constants<T>;
     type Output<T: Scalar> = [T; 3];
-
-    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
-        F::prepare(shapes)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 3] {
@@ -68,54 +64,13 @@ impl<F: FresnelReflectance> Part for Reflectance<F> {
     }
 }
 
-macro_rules! fresnels {
-    ($($name:literal => $module:ident::$part:ident),* $(,)?) => {
-        parts! {
-            /// Any Fresnel reflectance.
-            Fresnel: $($name => $part),*
-        }
+impl<F: FresnelReflectance> Part for Reflectance<F> {
+    type Kernel = Self;
+    const SHAPES: usize = F::SHAPES;
 
-        impl Fresnel {
-            /// Parameters, shapes and amplitudes.
-            #[must_use]
-            pub fn parameters(self) -> Vec<ParamSpec> {
-                match self { $(Self::$part => $module::$part::parameters()),* }
-            }
-
-            /// Shows the reflectance as a part whose shapes begin with a lobe's shape number `first`.
-            pub fn show(self, first: usize, visitor: &mut impl Visitor) {
-                match self { $(Self::$part => visitor.part::<Reflectance<$module::$part>>(first)),* }
-            }
-
-            /// The coefficients of the factors.
-            pub fn coefficients<T: Scalar>(self, amplitudes: &mut Values<'_, T>) -> [T; 3] {
-                match self { $(Self::$part => $module::$part::coefficients(amplitudes)),* }
-            }
-        }
-
-        #[cfg(test)]
-        impl Fresnel {
-            fn reflectance(self, shapes: &[f64], amplitudes: &[f64], mu: f64) -> f64 {
-                let coefficients = self.coefficients(&mut Values::new(amplitudes));
-                match self { $(Self::$part => {
-                    let constants = $module::$part::prepare(Values::new(shapes));
-                    let factors = $module::$part::factors(&constants, mu, 1.0 - mu);
-                    let terms = factors.iter().zip(&coefficients).take($module::$part::FACTORS);
-                    terms.map(|(factor, coefficient)| factor * coefficient).sum()
-                }),* }
-            }
-        }
-    };
-}
-
-fresnels! {
-    "schlick" => schlick::Schlick,
-    "dielectric" => dielectric::Dielectric,
-    "conductor" => conductor::Conductor,
-    "generalised-schlick" => generalised_schlick::GeneralisedSchlick,
-    "f82-tint" => f82_tint::F82Tint,
-    "lazanyi" => lazanyi::Lazanyi,
-    "none" => none::None,
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T> {
+        F::prepare(shapes)
+    }
 }
 
 #[cfg(test)]

@@ -5,24 +5,22 @@ mod implicit;
 mod kelemen;
 mod neumann;
 mod none;
+mod registry;
 mod schlick_smith;
 mod smith;
 mod smith_rational;
 mod smith_uncorrelated;
 mod v_cavity;
 
-use super::distribution::{Distribution, FacetDistribution};
-use super::parts;
+pub use registry::Shadowing;
+pub(crate) use smith::Smith;
+pub(crate) use smith_uncorrelated::SmithUncorrelated;
+
+use super::distribution::{FacetDistribution, Shadows};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
-use crate::model::{Part, Values, Visitor};
+use crate::model::{Kernel, Part, Values};
 use std::marker::PhantomData;
-
-/// Which facets are seen by both the light and the viewer.
-pub trait Shadows: 'static {
-    /// Shows the visibility of distribution `D` as a part whose shapes are a lobe's first.
-    fn show<D: FacetDistribution>(visitor: &mut impl Visitor);
-}
 
 /// Shadowing that knows the directions alone.
 pub trait Geometric: 'static {
@@ -31,20 +29,15 @@ pub trait Geometric: 'static {
 }
 
 impl<G: Geometric> Shadows for G {
-    fn show<D: FacetDistribution>(visitor: &mut impl Visitor) {
-        visitor.part::<OfDirections<G>>(0);
-    }
+    type Visibility<D: FacetDistribution> = OfDirections<G>;
 }
 
 /// Such a shadowing as a part of a lobe.
 pub struct OfDirections<G>(PhantomData<G>);
 
-impl<G: Geometric> Part for OfDirections<G> {
-    const SHAPES: usize = 0;
+impl<G: Geometric> Kernel for OfDirections<G> {
     type Prepared<T: Scalar> = ();
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
@@ -52,30 +45,9 @@ impl<G: Geometric> Part for OfDirections<G> {
     }
 }
 
-macro_rules! shadowings {
-    ($($name:literal => $module:ident::$part:ident),* $(,)?) => {
-        parts! {
-            /// Any shadowing and masking.
-            Shadowing: $($name => $part),*
-        }
+impl<G: Geometric> Part for OfDirections<G> {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
 
-        impl Shadowing {
-            /// Shows the visibility of `distribution` as a part whose shapes are a lobe's first.
-            pub fn show(self, distribution: Distribution, visitor: &mut impl Visitor) {
-                match self { $(Self::$part => distribution.show_visibility::<$module::$part>(visitor)),* }
-            }
-        }
-    };
-}
-
-shadowings! {
-    "smith" => smith::Smith,
-    "smith-uncorrelated" => smith_uncorrelated::SmithUncorrelated,
-    "smith-rational" => smith_rational::SmithRational,
-    "schlick-smith" => schlick_smith::SchlickSmith,
-    "v-cavity" => v_cavity::VCavity,
-    "kelemen" => kelemen::Kelemen,
-    "neumann" => neumann::Neumann,
-    "implicit" => implicit::Implicit,
-    "none" => none::None,
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
 }

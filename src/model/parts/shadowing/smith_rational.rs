@@ -26,35 +26,39 @@
 //! tails there is too little of it, and the lobe gains light towards grazing. With d=ggx, m = 0.2 its albedo is 1.02 at 75
 //! degrees, 1.29 at 85 and 1.753 at 89.9.
 
-use super::Shadows;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
-use crate::model::parts::distribution::{FacetDistribution, Projected};
-use crate::model::{Part, Values, Visitor};
+use crate::model::parts::distribution::{FacetDistribution, Roughness, Shadows};
+use crate::model::{Kernel, Part, PreparedBy, Values};
 use std::marker::PhantomData;
 
 /// a from which on nothing is hidden: the lesser zero of 1 - 1.259 a + 0.396 a^2.
 const END: f64 = 1.548_133_125_700_066_7;
 
-pub(super) struct SmithRational;
+pub(crate) struct SmithRational;
 
 impl Shadows for SmithRational {
-    // One part for all distributions with the same parametrisation of the roughness: it compiles once for them.
-    fn show<D: FacetDistribution>(visitor: &mut impl Visitor) {
-        visitor.part::<Visibility<D::Beckmann>>(0);
+    type Visibility<D: FacetDistribution> = Visibility<D>;
+}
+
+/// The visibility of a distribution.
+pub(crate) struct Visibility<D>(PhantomData<D>);
+
+impl<D: FacetDistribution> Part for Visibility<D> {
+    type Kernel = OfRoughness<D::Beckmann>;
+    const SHAPES: usize = D::BECKMANN_SHAPES;
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> PreparedBy<Self, T> {
+        D::prepare_beckmann(shapes)
     }
 }
 
-struct Visibility<R>(PhantomData<R>);
+/// The visibility of all distributions with one roughness, or with two.
+pub(crate) struct OfRoughness<R>(PhantomData<R>);
 
-impl<R: Projected> Part for Visibility<R> {
-    const SHAPES: usize = R::SHAPES;
+impl<R: Roughness> Kernel for OfRoughness<R> {
     type Prepared<T: Scalar> = R::Prepared<T>;
     type Output<T: Scalar> = [T; 1];
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> R::Prepared<T> {
-        R::prepare(&mut shapes)
-    }
 
     #[inline(always)]
     fn at<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> [T; 1] {

@@ -1,0 +1,30 @@
+//! Parameter values on their way into a model.
+
+use crate::math::Scalar;
+
+/// Parameter values, handed out in the order in which the model declares its parameters.
+///
+/// A value that is missing reads as NaN, so that a mismatch shows up as a non-finite result.
+#[derive(Clone, Debug)]
+pub struct Values<'a, T> {
+    remaining: &'a [T],
+}
+
+impl<'a, T: Scalar> Values<'a, T> {
+    /// Hands out `values` from the first on.
+    #[must_use]
+    pub fn new(values: &'a [T]) -> Self {
+        Self { remaining: values }
+    }
+
+    /// The next `N` values.
+    pub fn take<const N: usize>(&mut self) -> [T; N] {
+        std::array::from_fn(|_| match self.remaining.split_first() {
+            Some((&value, rest)) => {
+                self.remaining = rest;
+                value
+            }
+            None => T::constant(f64::NAN),
+        })
+    }
+}
