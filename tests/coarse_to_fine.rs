@@ -4,12 +4,13 @@
 
 use approx::assert_relative_eq;
 use brdfit::fit::{
-    Fit, Limits, LossKind, Metric, Objective, Options, ParameterTable, Progress, Quiet, ReflectanceProblem,
-    Solution, Tolerances, fit, minimise,
+    Fit, Limits, LossKind, Metric, Objective, Options, ParameterTable, ReflectanceProblem, Solution,
+    Tolerances, fit, minimise,
 };
 use brdfit::geometry::{Directions, HalfDifferenceGrid};
 use brdfit::measurement::{Measurement, Samples};
 use brdfit::model::Expression;
+use brdfit::progress::{Progress, Quiet};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use nalgebra::DVector;
 use std::sync::Arc;

@@ -5,9 +5,10 @@
 
 mod common;
 
-use brdfit::fit::{Fit, Metric, Options, ParameterTable, Progress, Quiet, StopSignal, Uncertainty, fit};
+use brdfit::fit::{Fit, Metric, Options, ParameterTable, StopSignal, Uncertainty, fit};
 use brdfit::geometry::{Directions, Pair, direction};
 use brdfit::model::Expression;
+use brdfit::progress::{Progress, Quiet};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times};
 use brdfit::synthetic::{Noise, measurement};
 use common::{Folder, Run, parse};

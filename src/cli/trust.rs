@@ -2,11 +2,12 @@
 
 use brdfit::Error;
 use brdfit::fit::{
-    Budget, Fit, Options, Progress, SolverKind, Uncertainty, checked_fraction, checked_target, fit,
-    fit_to_target, fit_within,
+    Budget, Fit, Options, SolverKind, Uncertainty, checked_fraction, checked_target, fit, fit_to_target,
+    fit_within,
 };
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
+use brdfit::progress::Progress;
 use brdfit::report::OptionRecord;
 use clap::{Args, ValueEnum};
 use std::sync::Arc;

@@ -2,11 +2,12 @@
 
 use super::errors::score;
 use super::metric::Metric;
-use super::run::{Fit, Options, Progress, fit};
+use super::run::{Fit, Options, fit};
 use super::warnings::Warning;
 use crate::error::Error;
 use crate::measurement::{Filters, Measurement, Samples};
 use crate::model::Expression;
+use crate::progress::Progress;
 use std::sync::Arc;
 
 /// How much a fit may look at. docs/tradeoff.md has what each costs and leaves in error.

@@ -46,7 +46,7 @@ pub use parameters::{
 };
 pub(crate) use pixels::{Shown, Target, fit_image};
 pub use problem::ReflectanceProblem;
-pub use run::{Fit, Options, Progress, Quiet, evaluate, fit};
+pub use run::{Fit, Options, evaluate, fit};
 pub use search::Start;
 pub use solvers::{SolverKind, minimise_with};
 pub use termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};

@@ -22,6 +22,7 @@ use super::warnings::Warning;
 use crate::error::Error;
 use crate::measurement::{Draws, Filters, Measurement, Samples, Weighting};
 use crate::model::{Expression, Role};
+use crate::progress::Progress;
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -73,23 +74,6 @@ impl Default for Options {
             deadline: None,
         }
     }
-}
-
-/// Hears how a fit goes on.
-pub trait Progress: Send + Sync {
-    /// A new stage begins.
-    fn stage(&self, name: &str);
-    /// An iteration of the final fit is over.
-    fn iteration(&self, iteration: u64, cost: f64);
-}
-
-/// Hears nothing.
-#[derive(Clone, Copy, Debug)]
-pub struct Quiet;
-
-impl Progress for Quiet {
-    fn stage(&self, _: &str) {}
-    fn iteration(&self, _: u64, _: f64) {}
 }
 
 /// The result of a fit.
