@@ -14,6 +14,7 @@ pub mod progress;
 pub mod report;
 pub mod scene;
 pub mod select;
+pub mod solver;
 pub mod synthetic;
 pub mod tradeoff;
 

@@ -5,10 +5,9 @@
 //! towards grazing alone, f0 nothing. Both derivatives say that this is a minimum, and together they would
 //! go down.
 
-use super::least_squares::LeastSquares;
 use super::parameters::{ParameterTable, Status};
-use super::termination::Solution;
 use crate::error::Error;
+use crate::solver::{LeastSquares, Solution};
 use nalgebra::DVector;
 
 /// Every round brings back lobes that have been absent; more than so many are not seen.

@@ -6,18 +6,17 @@
 //! the fit is repeated from the optimum on what was drawn, and the spread of the repeated fits is the error
 //! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
 
-use super::block_matrix::BlockMatrix;
-use super::levenberg_marquardt::minimise;
 use super::loss::Objective;
 use super::parameters::ParameterTable;
 use super::run::Task;
-use super::termination::{Solution, Termination, Tolerances};
 use super::uncertainty::{Covariance, Method};
 use super::warnings::Warning;
 use crate::error::Error;
 use crate::math::count;
 use crate::measurement::{IncidenceGroups, Measurement, Samples};
 use crate::progress::Progress;
+use crate::solver::inverse::block_matrix::BlockMatrix;
+use crate::solver::{Solution, Termination, Tolerances, minimise};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

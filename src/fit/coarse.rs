@@ -6,18 +6,17 @@
 //! few hundred samples.
 
 use super::absent::past_absent_lobes;
-use super::levenberg_marquardt::minimise;
 use super::loss::Objective;
 use super::metric::Metric;
 use super::observed::Observed;
 use super::parameters::{ParameterTable, Status};
 use super::problem::ReflectanceProblem;
 use super::recombine::recombined;
-use super::termination::{Limits, Tolerances};
 use crate::error::Error;
 use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{Expression, Role, Scale};
+use crate::solver::{Limits, Tolerances, minimise};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

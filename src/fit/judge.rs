@@ -1,20 +1,19 @@
 //! Everything that follows from the parameters found: errors, covariance, criteria, warnings.
 
-use super::arrow::Arrow;
 use super::bootstrap::Resampled;
 use super::errors::{ErrorTable, score};
-use super::least_squares::{LeastSquares, Linearisation};
 use super::loss::{LossKind, Objective};
 use super::parameters::{ParameterTable, Row, Status};
 use super::problem::ReflectanceProblem;
 use super::run::{Fit, Task};
 use super::search::Found;
-use super::termination::{Solution, Termination};
 use super::uncertainty::Covariance;
 use super::warnings::{self, Warning};
 use crate::error::Error;
 use crate::math::count;
 use crate::measurement::Weighting;
+use crate::solver::inverse::arrow::Arrow;
+use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
 
 /// Criteria that weigh the error against the number of parameters; none where the cost is no likelihood.
 #[derive(Clone, Copy, Debug, Default)]

@@ -6,10 +6,10 @@
 use super::formula::Sums;
 use super::loss::{LossKind, Objective};
 use super::metric::Transform;
-use super::triangle::{Triangle, dot};
 use super::uncertainty::left_out;
 use crate::geometry::Row;
 use crate::model::{BasisBlock, Coefficients};
+use crate::solver::triangle::{Triangle, dot};
 use pulp::{Simd, WithSimd};
 
 /// One summand of a reflectance or of a derivative: a factor times a row of a lobe's basis.

@@ -1,10 +1,7 @@
-//! Fitting: the least-squares problem, its solver, where it starts, and what can be trusted.
+//! Fitting: the least-squares problem, where its minimisation starts, and what can be trusted.
 
 mod absent;
-mod arrow;
-mod block_matrix;
 mod bootstrap;
-mod bounded_step;
 mod budget;
 mod coarse;
 mod coarse_to_fine;
@@ -13,9 +10,6 @@ mod formula;
 mod hold_out;
 mod judge;
 mod kernels;
-mod lanczos;
-mod least_squares;
-mod levenberg_marquardt;
 mod loss;
 mod metric;
 mod observed;
@@ -25,10 +19,6 @@ mod problem;
 mod recombine;
 mod run;
 mod search;
-mod solvers;
-mod svd;
-mod termination;
-mod triangle;
 mod uncertainty;
 mod warnings;
 
@@ -37,8 +27,6 @@ pub use budget::{Budget, checked_target, fit_to_target, fit_within};
 pub use errors::{ErrorTable, Errors, score};
 pub use hold_out::{HeldOut, checked_fraction};
 pub use judge::Selection;
-pub use least_squares::{LeastSquares, Linearisation, Rows};
-pub use levenberg_marquardt::{LevenbergMarquardt, minimise};
 pub use loss::{LossKind, Objective};
 pub use metric::Metric;
 pub use parameters::{
@@ -48,7 +36,5 @@ pub(crate) use pixels::{Shown, Target, fit_image};
 pub use problem::ReflectanceProblem;
 pub use run::{Fit, Options, evaluate, fit};
 pub use search::Start;
-pub use solvers::{SolverKind, minimise_with};
-pub use termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};
 pub use uncertainty::{Covariance, Method};
 pub use warnings::Warning;

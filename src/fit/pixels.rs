@@ -11,16 +11,14 @@
 use super::absent::past_absent_lobes;
 use super::formula::{Formula, Layout};
 use super::kernels::Evaluation;
-use super::least_squares::{LeastSquares, Linearisation};
-use super::levenberg_marquardt::minimise;
 use super::parameters::{ParameterTable, Row as Parameter, Status};
 use super::problem::stretches;
 use super::run::Options;
-use super::termination::{Limits, Tolerances};
-use super::triangle::{Triangle, dot};
 use crate::error::Error;
 use crate::geometry::{BLOCK, Block, Pair, Row};
 use crate::model::{BasisBlock, Expression, Role, Scale};
+use crate::solver::triangle::{Triangle, dot};
+use crate::solver::{LeastSquares, Limits, Linearisation, Tolerances, minimise};
 use nalgebra::{DVector, Matrix3, Vector3};
 use pulp::Arch;
 use rayon::prelude::*;

@@ -7,15 +7,15 @@
 
 use super::formula::{Formula, Layout, Sums};
 use super::kernels::{ChannelBlock, Scratch};
-use super::least_squares::{LeastSquares, Linearisation};
 use super::loss::{LossKind, Objective, robust_deviation};
 use super::observed::{BULK_OF_DATA, Observed};
 use super::parameters::ParameterTable;
-use super::triangle::Triangle;
 use crate::geometry::{BLOCK, Block};
 use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Expression};
+use crate::solver::triangle::Triangle;
+use crate::solver::{LeastSquares, Linearisation};
 use nalgebra::DVector;
 use pulp::Arch;
 use rayon::prelude::*;

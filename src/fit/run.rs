@@ -3,26 +3,26 @@
 use super::absent::past_absent_lobes;
 use super::bootstrap::{self, Resampled, Uncertainty};
 use super::budget::Budget;
-use super::coarse_to_fine::Remembered;
 use super::errors::{ErrorTable, Errors};
 use super::hold_out::{self, HeldOut};
 use super::judge::Selection;
-use super::least_squares::LeastSquares;
-use super::levenberg_marquardt::minimise;
 use super::loss::{LossKind, Objective};
 use super::metric::Metric;
 use super::observed::Observed;
 use super::parameters::{ParameterTable, Settings, Status};
 use super::problem::ReflectanceProblem;
 use super::search::{Found, Start};
-use super::solvers::{SolverKind, minimise_with};
-use super::termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};
 use super::uncertainty::Covariance;
 use super::warnings::Warning;
 use crate::error::Error;
 use crate::measurement::{Draws, Filters, Measurement, Samples, Weighting};
 use crate::model::{Expression, Role};
 use crate::progress::Progress;
+use crate::solver::remembered::Remembered;
+use crate::solver::{
+    LeastSquares, Limits, Observer, Solution, SolverKind, StopSignal, Termination, Tolerances, minimise,
+    minimise_with,
+};
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -15,10 +15,10 @@
 //!
 //! Matrices over all parameters are never formed: `arrow` takes the model apart channel by channel.
 
-use super::arrow::Arrow;
-use super::block_matrix::BlockMatrix;
-use super::least_squares::Linearisation;
 use super::parameters::{ParameterTable, Row};
+use crate::solver::Linearisation;
+use crate::solver::inverse::arrow::Arrow;
+use crate::solver::inverse::block_matrix::BlockMatrix;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 /// Covariances of parameters that belong to channels and a few shared ones have this form: what a channel's
 /// own parameters have in common with others, they have by way of the shared ones.
 #[derive(Clone, Debug)]
-pub(super) struct BlockMatrix {
+pub(crate) struct BlockMatrix {
     /// Per row, which block it belongs to and its place there; none if there is only the product.
     places: Vec<Option<(usize, usize)>>,
     blocks: Vec<DMatrix<f64>>,
@@ -17,7 +17,7 @@ pub(super) struct BlockMatrix {
 }
 
 impl BlockMatrix {
-    pub(super) fn new(
+    pub(crate) fn new(
         places: Vec<Option<(usize, usize)>>,
         blocks: Vec<DMatrix<f64>>,
         left: DMatrix<f64>,
@@ -28,27 +28,27 @@ impl BlockMatrix {
     }
 
     /// The inner products of columns.
-    pub(super) fn products(columns: DMatrix<f64>) -> Self {
+    pub(crate) fn products(columns: DMatrix<f64>) -> Self {
         Self::new(vec![None; columns.ncols()], Vec::new(), columns.clone(), columns)
     }
 
     /// Number of rows.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.places.len()
     }
 
     /// A block on the diagonal, without its part of the product.
-    pub(super) fn block(&self, index: usize) -> Option<&DMatrix<f64>> {
+    pub(crate) fn block(&self, index: usize) -> Option<&DMatrix<f64>> {
         self.blocks.get(index)
     }
 
     /// L^T and R^T.
-    pub(super) fn factors(&self) -> (&DMatrix<f64>, &DMatrix<f64>) {
+    pub(crate) fn factors(&self) -> (&DMatrix<f64>, &DMatrix<f64>) {
         (&self.left, &self.right)
     }
 
     /// The entry in row `i` and column `j`, the same as in row `j` and column `i`.
-    pub(super) fn entry(&self, i: usize, j: usize) -> Option<f64> {
+    pub(crate) fn entry(&self, i: usize, j: usize) -> Option<f64> {
         let (i, j) = (i.min(j), i.max(j));
         let (at_i, at_j) = (self.places.get(i)?, self.places.get(j)?);
         let mut entry = self.left.column(i).iter().zip(self.right.column(j).iter()).map(|(l, r)| l * r).sum();
@@ -61,7 +61,7 @@ impl BlockMatrix {
     }
 
     /// d^T M d of a vector that is zero but for some entries, each at its own place.
-    pub(super) fn square(&self, d: &[(usize, f64)]) -> f64 {
+    pub(crate) fn square(&self, d: &[(usize, f64)]) -> f64 {
         let with_all = |(i, x): &(usize, f64)| {
             let with = |(j, y): &(usize, f64)| x * y * self.entry(*i, *j).unwrap_or(0.0);
             d.iter().map(with).sum::<f64>()
@@ -70,7 +70,7 @@ impl BlockMatrix {
     }
 
     /// M v.
-    pub(super) fn times(&self, v: &DVector<f64>) -> DVector<f64> {
+    pub(crate) fn times(&self, v: &DVector<f64>) -> DVector<f64> {
         let mut result = self.left.tr_mul(&(&self.right * v));
         let mut parts: Vec<DVector<f64>> = self.blocks.iter().map(|b| DVector::zeros(b.ncols())).collect();
         for (place, value) in self.places.iter().zip(v.iter()) {
@@ -91,7 +91,7 @@ impl BlockMatrix {
     }
 
     /// Each entry times the units of its row and of its column.
-    pub(super) fn in_units(mut self, units: &DVector<f64>) -> Self {
+    pub(crate) fn in_units(mut self, units: &DVector<f64>) -> Self {
         for factor in [&mut self.left, &mut self.right] {
             factor.column_iter_mut().zip(units.iter()).for_each(|(mut column, unit)| column *= *unit);
         }
@@ -106,7 +106,7 @@ impl BlockMatrix {
     }
 
     /// All entries.
-    pub(super) fn dense(&self) -> DMatrix<f64> {
+    pub(crate) fn dense(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.len(), self.len(), |i, j| self.entry(i, j).unwrap_or(0.0))
     }
 }

@@ -99,7 +99,7 @@ impl Limits {
     }
 
     /// Why to end after so many iterations, if there is a reason.
-    pub(super) fn reason(&self, iterations: u64) -> Option<Termination> {
+    pub(crate) fn reason(&self, iterations: u64) -> Option<Termination> {
         if self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             Some(Termination::Interrupted)
         } else if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {

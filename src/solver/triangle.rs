@@ -9,25 +9,25 @@ use nalgebra::{DMatrix, DVector};
 /// entries keep twice the digits that the normal matrix J^T J would (Golub and Van Loan 2013, 5.2 and
 /// 6.5).
 #[derive(Clone, Debug)]
-pub(super) struct Triangle {
+pub(crate) struct Triangle {
     columns: usize,
     /// Row k holds columns k..n.
     rows: Vec<Vec<f64>>,
 }
 
 impl Triangle {
-    pub(super) fn new(columns: usize) -> Self {
+    pub(crate) fn new(columns: usize) -> Self {
         Self { columns, rows: (0..columns).map(|k| vec![0.0; columns - k]).collect() }
     }
 
     /// Row `k`, from its diagonal on.
-    pub(super) fn rows(&self) -> &[Vec<f64>] {
+    pub(crate) fn rows(&self) -> &[Vec<f64>] {
         &self.rows
     }
 
     /// Appends rows given column by column; the columns are used as working space.
     #[inline(always)]
-    pub(super) fn append<C: AsRef<[f64]> + AsMut<[f64]>>(&mut self, columns: &mut [C]) {
+    pub(crate) fn append<C: AsRef<[f64]> + AsMut<[f64]>>(&mut self, columns: &mut [C]) {
         debug_assert_eq!(columns.len(), self.columns);
         for (k, row) in self.rows.iter_mut().enumerate() {
             let Some((current, later)) = columns.get_mut(k..).and_then(<[_]>::split_first_mut) else {
@@ -58,7 +58,7 @@ impl Triangle {
     }
 
     /// The factor of a Jacobian, whose parameters `columns` names, and of the residuals behind them.
-    pub(super) fn as_rows(&self, columns: &[usize]) -> Rows {
+    pub(crate) fn as_rows(&self, columns: &[usize]) -> Rows {
         let n = columns.len();
         let entry = |row: usize, column: usize| {
             let offset = column.checked_sub(row);
@@ -72,7 +72,7 @@ impl Triangle {
     }
 
     /// Appends the rows of another factor.
-    pub(super) fn merge(&mut self, other: &Self) {
+    pub(crate) fn merge(&mut self, other: &Self) {
         let mut columns: Vec<Vec<f64>> = (0..self.columns)
             .map(|j| {
                 let entry = |(k, row): (usize, &Vec<f64>)| {
@@ -88,7 +88,7 @@ impl Triangle {
 /// Inner product in sixteen strands, which the compiler can keep in vector registers; the order of
 /// summation is fixed.
 #[inline(always)]
-pub(super) fn dot(a: &(impl AsRef<[f64]> + ?Sized), b: &(impl AsRef<[f64]> + ?Sized)) -> f64 {
+pub(crate) fn dot(a: &(impl AsRef<[f64]> + ?Sized), b: &(impl AsRef<[f64]> + ?Sized)) -> f64 {
     let (a_chunks, a_rest) = a.as_ref().as_chunks::<16>();
     let (b_chunks, b_rest) = b.as_ref().as_chunks::<16>();
     let mut strands = [0.0; 16];

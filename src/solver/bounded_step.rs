@@ -19,7 +19,7 @@ struct BoundedModel<'m> {
 }
 
 /// Minimises |J p + r|^2 + lambda |D p|^2 for p within `room`.
-pub(super) fn bounded_step(
+pub(crate) fn bounded_step(
     model: &Linearisation,
     scale: &DVector<f64>,
     lambda: f64,

@@ -174,7 +174,7 @@ impl Linearisation {
 /// Problems need not be about reflectance. An exponential decay y = a e^(-k t) with k at least 0:
 ///
 /// ```
-/// use brdfit::fit::{LeastSquares, Limits, Linearisation, Tolerances, minimise};
+/// use brdfit::solver::{LeastSquares, Limits, Linearisation, Tolerances, minimise};
 /// use nalgebra::{DMatrix, DVector};
 ///
 /// struct Decay {

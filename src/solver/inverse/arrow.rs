@@ -15,8 +15,8 @@
 
 use super::block_matrix::BlockMatrix;
 use super::lanczos::largest_eigenpair;
-use super::least_squares::Linearisation;
 use super::svd::Svd;
+use crate::solver::least_squares::Linearisation;
 use nalgebra::{DMatrix, DVector};
 
 /// Below this share of the largest singular value a direction is not determined by double precision.
@@ -25,11 +25,11 @@ const RANK_TOLERANCE: f64 = 1e-11;
 /// The linear model in some of the parameters, its columns scaled to unit length, taken apart.
 ///
 /// Matrices and vectors have a row per selected parameter.
-pub(super) struct Arrow {
+pub(crate) struct Arrow {
     /// Columns of the Jacobian, ascending.
     columns: Vec<usize>,
     /// Lengths of the columns.
-    pub(super) lengths: DVector<f64>,
+    pub(crate) lengths: DVector<f64>,
     /// Per parameter, the block that alone knows it and its place there.
     places: Vec<Option<(usize, usize)>>,
     /// One per block of rows, then one per parameter that no block knows.
@@ -39,9 +39,9 @@ pub(super) struct Arrow {
     /// Unit vectors along directions that are not determined and involve shared parameters, as rows.
     null: DMatrix<f64>,
     /// Ratio of the largest to the smallest singular value.
-    pub(super) condition: f64,
+    pub(crate) condition: f64,
     /// The unit vector along which the least is known.
-    pub(super) weakest: DVector<f64>,
+    pub(crate) weakest: DVector<f64>,
 }
 
 /// The parameters that one block alone knows.
@@ -123,7 +123,7 @@ impl Scaled {
 impl Arrow {
     /// Takes apart the model in the parameters `columns`, ascending, of `n`. None if there are none, or if the model
     /// holds what is no finite number.
-    pub(super) fn new(model: &Linearisation, n: usize, columns: Vec<usize>) -> Option<Self> {
+    pub(crate) fn new(model: &Linearisation, n: usize, columns: Vec<usize>) -> Option<Self> {
         let lengths = model.column_lengths(n).map(|length| if length > 0.0 { length } else { 1.0 });
         let blocks = scaled_blocks(model, &columns, &lengths);
         // Values close to the largest double overflow on the way; there is no covariance to be had then.
@@ -188,13 +188,13 @@ impl Arrow {
     }
 
     /// The projection to the directions that are not determined.
-    pub(super) fn unknown(&self) -> BlockMatrix {
+    pub(crate) fn unknown(&self) -> BlockMatrix {
         let blocks = self.parts.iter().map(|part| &part.null * part.null.transpose()).collect();
         BlockMatrix::new(self.places.clone(), blocks, self.null.clone(), self.null.clone())
     }
 
     /// (J^T J)^-1 over the determined directions.
-    pub(super) fn inverse(&self) -> BlockMatrix {
+    pub(crate) fn inverse(&self) -> BlockMatrix {
         let blocks: Vec<DMatrix<f64>> =
             self.parts.iter().map(|part| &part.half * part.half.transpose()).collect();
         let (mut left, mut right) = (self.common.clone(), self.common.clone());
@@ -217,7 +217,7 @@ impl Arrow {
     }
 
     /// The sandwich around F^T F, the product of rows that come in the same blocks as those of the model.
-    pub(super) fn sandwich(&self, scatter: &Linearisation) -> BlockMatrix {
+    pub(crate) fn sandwich(&self, scatter: &Linearisation) -> BlockMatrix {
         // With D + L R^T the inverse, F of a block times it is P + Y R^T: P = F D in the block's own columns, Y = F L. The
         // sum of (P + Y R^T)^T (P + Y R^T) over the blocks is diag(P^T P) + E R^T + R E^T + R (sum Y^T Y) R^T, where the
         // rows of E are P^T Y.
@@ -253,7 +253,7 @@ impl Arrow {
 
     /// A root of the part of (J^T J)^-1 that belongs to the columns of one block, each parameter in the Jacobian's units:
     /// a row per column, zeros for what is not selected.
-    pub(super) fn root(&self, columns: &[usize]) -> Vec<Vec<f64>> {
+    pub(crate) fn root(&self, columns: &[usize]) -> Vec<Vec<f64>> {
         let place = |column: &usize| self.columns.binary_search(column).ok();
         let in_part = |i: usize| self.places.get(i).copied().flatten();
         let part = columns.iter().filter_map(place).find_map(in_part);
@@ -352,8 +352,8 @@ fn stacked(matrices: &[&DMatrix<f64>]) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::least_squares::Rows;
     use crate::math::count;
+    use crate::solver::least_squares::Rows;
     use approx::assert_relative_eq;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
