@@ -10,6 +10,7 @@ pub mod image;
 pub mod math;
 pub mod measurement;
 pub mod model;
+pub mod parameters;
 pub mod progress;
 pub mod report;
 pub mod scene;

@@ -5,9 +5,10 @@
 
 mod common;
 
-use brdfit::fit::{Fit, Metric, Options, ParameterTable, Uncertainty, fit};
+use brdfit::fit::{Fit, Metric, Options, Uncertainty, fit};
 use brdfit::geometry::{Directions, Pair, direction};
 use brdfit::model::Expression;
+use brdfit::parameters::ParameterTable;
 use brdfit::progress::{Progress, Quiet};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times};
 use brdfit::solver::StopSignal;

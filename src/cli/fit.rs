@@ -164,7 +164,7 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
     arguments.trust.apply(arguments.loss.apply(Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
-        settings: arguments.settings.settings()?,
+        settings: arguments.settings.texts().settings()?,
         seed: arguments.samples.seed(),
         stop: Some(Arc::new(AtomicBool::new(false))),
         deadline,
@@ -278,7 +278,7 @@ impl Run<'_> {
                             seed: options.seed,
                             merl_bins: arguments.read.merl_bins(),
                             timeout_s: arguments.timeout,
-                            parameters: arguments.settings.as_given(),
+                            parameters: arguments.settings.texts().as_given(),
                             ..OptionRecord::default()
                         },
                     ),

@@ -5,8 +5,8 @@
 //! towards grazing alone, f0 nothing. Both derivatives say that this is a minimum, and together they would
 //! go down.
 
-use super::parameters::{ParameterTable, Status};
 use crate::error::Error;
+use crate::parameters::{ParameterTable, Status};
 use crate::solver::{LeastSquares, Solution};
 use nalgebra::DVector;
 

@@ -7,13 +7,13 @@
 //! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
 
 use super::loss::Objective;
-use super::parameters::ParameterTable;
 use super::run::Task;
 use super::uncertainty::{Covariance, Method};
 use super::warnings::Warning;
 use crate::error::Error;
 use crate::math::count;
 use crate::measurement::{IncidenceGroups, Measurement, Samples};
+use crate::parameters::ParameterTable;
 use crate::progress::Progress;
 use crate::solver::inverse::block_matrix::BlockMatrix;
 use crate::solver::{Solution, Termination, Tolerances, minimise};

@@ -3,11 +3,11 @@
 use super::kernels::{Term, reflectance, sum};
 use super::metric::Metric;
 use super::observed::row;
-use super::parameters::ParameterTable;
 use crate::geometry::{Block, Row};
 use crate::math::{Real, Scalar, count};
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Derivatives, Expression};
+use crate::parameters::ParameterTable;
 use crate::solver::triangle::dot;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;

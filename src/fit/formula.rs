@@ -4,9 +4,9 @@
 //! and each df/d coordinate are sums of those rows, each times a factor that this module finds once per set of parameters.
 
 use super::kernels::{Term, reflectance};
-use super::parameters::ParameterTable;
 use crate::geometry::Block;
 use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, Role};
+use crate::parameters::ParameterTable;
 use std::sync::{Mutex, PoisonError};
 
 /// Which free parameters a channel depends on, and how.

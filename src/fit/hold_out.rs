@@ -5,11 +5,11 @@
 //! not seen.
 
 use super::errors::{Errors, score};
-use super::parameters::ParameterTable;
 use crate::error::Error;
 use crate::math::count;
 use crate::measurement::{Measurement, Samples};
 use crate::model::Expression;
+use crate::parameters::ParameterTable;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

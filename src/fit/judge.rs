@@ -3,7 +3,6 @@
 use super::bootstrap::Resampled;
 use super::errors::{ErrorTable, score};
 use super::loss::{LossKind, Objective};
-use super::parameters::{ParameterTable, Row, Status};
 use super::problem::ReflectanceProblem;
 use super::run::{Fit, Task};
 use super::search::Found;
@@ -12,6 +11,7 @@ use super::warnings::{self, Warning};
 use crate::error::Error;
 use crate::math::count;
 use crate::measurement::Weighting;
+use crate::parameters::{ParameterTable, Row, Status};
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
 

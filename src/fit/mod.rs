@@ -13,7 +13,6 @@ mod kernels;
 mod loss;
 mod metric;
 mod observed;
-mod parameters;
 mod pixels;
 mod problem;
 mod recombine;
@@ -29,9 +28,6 @@ pub use hold_out::{HeldOut, checked_fraction};
 pub use judge::Selection;
 pub use loss::{LossKind, Objective};
 pub use metric::Metric;
-pub use parameters::{
-    ParameterTable, ParameterValue, Product, Row, Selector, Setting, Settings, Status, channel_suffix,
-};
 pub(crate) use pixels::{Shown, Target, fit_image};
 pub use problem::ReflectanceProblem;
 pub use run::{Fit, Options, evaluate, fit};

@@ -11,12 +11,12 @@
 use super::absent::past_absent_lobes;
 use super::formula::{Formula, Layout};
 use super::kernels::Evaluation;
-use super::parameters::{ParameterTable, Row as Parameter, Status};
 use super::problem::stretches;
 use super::run::Options;
 use crate::error::Error;
 use crate::geometry::{BLOCK, Block, Pair, Row};
 use crate::model::{BasisBlock, Expression, Role, Scale};
+use crate::parameters::{ParameterTable, Row as Parameter, Status};
 use crate::solver::triangle::{Triangle, dot};
 use crate::solver::{LeastSquares, Limits, Linearisation, Tolerances, minimise};
 use nalgebra::{DVector, Matrix3, Vector3};

@@ -9,7 +9,6 @@ use super::judge::Selection;
 use super::loss::{LossKind, Objective};
 use super::metric::Metric;
 use super::observed::Observed;
-use super::parameters::{ParameterTable, Settings, Status};
 use super::problem::ReflectanceProblem;
 use super::search::{Found, Start};
 use super::uncertainty::Covariance;
@@ -17,6 +16,7 @@ use super::warnings::Warning;
 use crate::error::Error;
 use crate::measurement::{Draws, Filters, Measurement, Samples, Weighting};
 use crate::model::{Expression, Role};
+use crate::parameters::{ParameterTable, Settings, Status};
 use crate::progress::Progress;
 use crate::solver::remembered::Remembered;
 use crate::solver::{

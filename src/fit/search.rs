@@ -3,12 +3,11 @@
 use super::coarse::{Profile, Scan, ScanSamples, scan};
 use super::loss::{LossKind, Objective};
 use super::observed::{BULK_OF_DATA, Observed};
-use super::parameters::ParameterTable;
 use super::recombine::recombined;
 use super::run::{POLISH_SAMPLES, Task};
-use super::warnings;
 use crate::error::Error;
 use crate::model::Role;
+use crate::parameters::{ParameterTable, shapes_differ};
 use crate::solver::{Solution, Termination};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -156,9 +155,8 @@ impl Task<'_> {
         let margin = if partial { CLOSE_RACE } else { SAME_MINIMUM };
         let mut rivals: Vec<(Start, ParameterTable)> = Vec::new();
         for (start, table) in ends {
-            let distinct = rivals
-                .iter()
-                .all(|(rival, _)| warnings::shapes_differ(&table, &rival.reached, &start.reached));
+            let distinct =
+                rivals.iter().all(|(rival, _)| shapes_differ(&table, &rival.reached, &start.reached));
             let close = start.cost <= (1.0 + margin) * lowest;
             if close && distinct && rivals.len() < RIVALS {
                 rivals.push((start, table));

@@ -15,7 +15,7 @@
 //!
 //! Matrices over all parameters are never formed: `arrow` takes the model apart channel by channel.
 
-use super::parameters::{ParameterTable, Row};
+use crate::parameters::{ParameterTable, Row};
 use crate::solver::Linearisation;
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::inverse::block_matrix::BlockMatrix;

@@ -1,11 +1,11 @@
 //! What a user should know before relying on a fit, each with what to do next.
 
 use super::coarse::Profile;
-use super::parameters::{ParameterTable, Product, Row, Status};
 use super::run::Fit;
 use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{Role, Scale};
+use crate::parameters::{Product, Status, differ};
 
 /// Something that the user should know before relying on the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,8 +39,6 @@ const CHI2_95: f64 = 3.841;
 /// A profile that is flat over so large a ratio, or share of the range, says nothing useful.
 const FLAT_RATIO: f64 = 2.0;
 const FLAT_SHARE: f64 = 0.3;
-/// Values within this ratio of each other are the same minimum.
-const SAME_VALUE: f64 = 0.05;
 
 /// A parameter at a bound.
 struct Bound {
@@ -396,18 +394,4 @@ pub(super) fn ties(fit: &Fit) -> Option<Warning> {
         ),
         parameter: Some(name),
     })
-}
-
-/// Whether two sets of shapes are different minima.
-pub(super) fn shapes_differ(table: &ParameterTable, a: &[(usize, f64)], b: &[(usize, f64)]) -> bool {
-    a.iter().zip(b).any(|((row, x), (_, y))| table.rows().get(*row).is_some_and(|row| differ(row, *x, *y)))
-}
-
-fn differ(row: &Row, x: f64, y: f64) -> bool {
-    match row.spec.scale {
-        Scale::Log => (x / y).ln().abs() > SAME_VALUE,
-        Scale::Linear | Scale::Square => {
-            (x - y).abs() > SAME_VALUE * (row.spec.typical.1 - row.spec.typical.0)
-        }
-    }
 }

@@ -15,10 +15,11 @@ pub use plot::svg;
 pub use text::{csv, table};
 
 use crate::error::Error;
-use crate::fit::{ErrorTable, Errors, Fit, Metric, Options, Selector, Setting, Status, fit, score};
+use crate::fit::{ErrorTable, Errors, Fit, Metric, Options, fit, score};
 use crate::geometry::{Directions, Pair};
 use crate::measurement::{Draws, Filters, Measurement, Samples};
 use crate::model::Expression;
+use crate::parameters::{Selector, Setting, Status};
 use crate::progress::{Progress, Quiet};
 use crate::report::{ErrorRecord, Failure};
 use glam::DVec3;

@@ -1,222 +1,23 @@
 //! The parameters of an expression for given channels: values, bounds, and which of them the fit moves.
 
-use crate::error::{Error, excerpt, short};
-use crate::model::{Expression, Lobe, ParamSpec, Role, Scale, Sharing, Sharper};
-use serde::Serialize;
-use std::fmt;
+use super::row::{ParameterValue, Row, Status};
+use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
+use crate::error::Error;
+use crate::model::{Expression, Lobe, ParamSpec, Role, Scale, Sharing};
 
-/// What the fit does with a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// It is fitted.
-    Free,
-    /// It keeps its value.
-    Fixed,
-    /// It follows the parameter in another row.
-    Tied(usize),
-}
-
-/// A parameter as reports show it.
-#[derive(Clone, Debug, Serialize)]
-pub struct ParameterValue {
-    /// Full name.
-    pub name: String,
-    /// In `unit`.
-    pub value: f64,
-    /// Its unit.
-    pub unit: &'static str,
-}
-
-/// One number of the model: a parameter, for one channel where it is not shared.
-#[derive(Clone, Debug)]
-pub struct Row {
-    /// Index of the lobe in the expression.
-    pub lobe: usize,
-    /// Index of the parameter in the lobe's declaration.
-    pub parameter: usize,
-    /// The declaration.
-    pub spec: ParamSpec,
-    /// Index of the channel; none for a shared parameter.
-    pub channel: Option<usize>,
-    /// Current value, in the parameter's unit.
-    pub value: f64,
-    /// Value that the fit started from.
-    pub initial: f64,
-    /// Whether the user gave that value.
-    pub given: bool,
-    /// Smallest and largest value.
-    pub bounds: (f64, f64),
-    /// Free, fixed or tied.
-    pub status: Status,
-}
-
-impl Row {
-    fn coordinate(&self, value: f64) -> f64 {
-        match self.spec.scale {
-            Scale::Linear => value,
-            Scale::Log => value.ln(),
-            Scale::Square => value * value,
-        }
-    }
-
-    fn value_at(&self, coordinate: f64) -> f64 {
-        match self.spec.scale {
-            Scale::Linear => coordinate,
-            Scale::Log => coordinate.exp(),
-            Scale::Square => coordinate.max(0.0).sqrt(),
-        }
-    }
-
-    /// d value/d coordinate at the current value.
-    #[must_use]
-    pub fn stretch(&self) -> f64 {
-        match self.spec.scale {
-            Scale::Linear => 1.0,
-            Scale::Log => self.value,
-            Scale::Square => 0.5 / self.value.max(self.least_square()),
-        }
-    }
-
-    /// Where the derivative with respect to the square is taken for values that are smaller: close enough to
-    /// 0 to change a model by no more than 1e-10 of itself, far enough for the quotient to keep its digits.
-    fn least_square(&self) -> f64 {
-        1e-6 * self.spec.typical.1
-    }
-
-    /// Width of the range between the bounds, in the solver's coordinate.
-    pub(super) fn width(&self) -> f64 {
-        self.coordinate(self.bounds.1) - self.coordinate(self.bounds.0)
-    }
-
-    /// Whether the value is at its lower bound, to rounding.
-    #[must_use]
-    pub fn at_lower(&self) -> bool {
-        let (lower, upper) = self.bounds;
-        self.value - lower <= 1e-12 * (upper - lower).min(lower.abs().max(1e-3))
-    }
-
-    /// Whether the value is at its upper bound, to rounding.
-    #[must_use]
-    pub fn at_upper(&self) -> bool {
-        let (lower, upper) = self.bounds;
-        upper - self.value <= 1e-12 * (upper - lower).min(upper.abs().max(1e-3))
-    }
-}
-
-/// The name of one or several parameters: `[lobe.]name[.channel]`, the channel also as `[channel]`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Selector {
-    text: String,
-    /// Everything before a bracketed channel, split at dots.
-    parts: Vec<String>,
-    /// The channel in brackets.
-    bracketed: Option<String>,
-}
-
-impl Selector {
-    /// Reads a parameter's name.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a text that cannot be one.
-    pub fn parse(text: &str) -> Result<Self, Error> {
-        let text = text.trim();
-        let wrong = || {
-            Error::Usage(format!(
-                "parameter: expected a name such as 'm', 'lambert.kd.r' or 'cook-torrance#2.f0[700]', found {}",
-                excerpt(text)
-            ))
-        };
-        let (name, bracketed) = match text.split_once('[') {
-            Some((name, rest)) => (name, Some(rest.strip_suffix(']').ok_or_else(wrong)?.to_owned())),
-            None => (text, None),
-        };
-        let parts: Vec<String> = name.split('.').map(str::to_owned).collect();
-        let most = if bracketed.is_some() { 2 } else { 3 };
-        if parts.len() > most || parts.iter().any(String::is_empty) {
-            return Err(wrong());
-        }
-        Ok(Self { text: text.to_owned(), parts, bracketed })
-    }
-}
-
-impl Selector {
-    /// The channel, where the name can only be read with one: `name[channel]` or `lobe.name.channel`, or
-    /// `name.channel` if no model of that name exists.
-    #[must_use]
-    pub fn channel_if_any(&self) -> Option<String> {
-        match (self.parts.as_slice(), &self.bracketed) {
-            (_, Some(channel)) => Some(channel.clone()),
-            ([_, _, channel], None) => Some(channel.clone()),
-            ([first, channel], None) => {
-                let model = first.split('#').next().unwrap_or_default();
-                let is_lobe = crate::model::REGISTRY.iter().any(|entry| entry.name == model);
-                (!is_lobe).then(|| channel.clone())
-            }
-            _ => None,
-        }
-    }
-}
-
-impl Selector {
-    /// The parameter's own name, without lobe and channel.
-    #[must_use]
-    pub fn parameter(&self) -> &str {
-        let of_lobe = match (self.parts.len(), self.channel_if_any()) {
-            (3, _) => 1,
-            (2, Some(_)) if self.bracketed.is_none() => 0,
-            (count, _) => count.saturating_sub(1),
-        };
-        self.parts.get(of_lobe).map_or("", String::as_str)
-    }
-
-    /// The same parameter of one channel.
-    #[must_use]
-    pub fn of_channel(&self, channel: &str) -> Self {
-        let text = format!("{}[{channel}]", self.text);
-        Self { text, parts: self.parts.clone(), bracketed: Some(channel.to_owned()) }
-    }
-}
-
-impl fmt::Display for Selector {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&short(&self.text))
-    }
-}
-
-/// One wish of the user, in the order given.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Setting {
-    /// Keep at a value.
-    Fix(f64),
-    /// Start from a value.
-    Init(f64),
-    /// Stay between two values.
-    Bounds(f64, f64),
-    /// Fit although fixed by default.
-    Free,
-    /// Equal another parameter.
-    Tie(Selector),
-    /// One value per channel.
-    PerChannel,
-    /// One value for all channels.
-    Shared,
-    /// Have a value, for evaluation.
-    Set(f64),
-}
-
-/// All wishes of the user about parameters.
-pub type Settings = Vec<(Selector, Setting)>;
+/// Values within this ratio of each other are the same minimum.
+const SAME_VALUE: f64 = 0.05;
 
 /// Every number of a model, and which of them are free.
 #[derive(Clone, Debug)]
 pub struct ParameterTable {
-    lobes: Vec<String>,
+    pub(super) lobes: Vec<String>,
     /// The model of each lobe, every choice spelled out.
-    kinds: Vec<String>,
+    pub(super) kinds: Vec<String>,
     channels: Vec<String>,
-    rows: Vec<Row>,
+    pub(super) rows: Vec<Row>,
     /// Per lobe and parameter: the row of each channel; one row alone for a shared parameter.
-    places: Vec<Vec<Vec<usize>>>,
+    pub(super) places: Vec<Vec<Vec<usize>>>,
     /// Rows of the free parameters, in order.
     free: Vec<usize>,
     products: Vec<Product>,
@@ -458,7 +259,7 @@ impl ParameterTable {
     }
 
     /// Gives tied rows the value of what they are tied to.
-    fn follow(&mut self) {
+    pub(super) fn follow(&mut self) {
         for index in 0..self.rows.len() {
             let Some(Status::Tied(target)) = self.rows.get(index).map(|row| row.status) else { continue };
             if let Some((value, initial)) = self.rows.get(target).map(|t| (t.value, t.initial))
@@ -597,7 +398,7 @@ impl ParameterTable {
 
     /// The same table with values that are fitted by their square kept off 0, where derivatives vanish.
     #[must_use]
-    pub(super) fn off_zero(mut self) -> Self {
+    pub(crate) fn off_zero(mut self) -> Self {
         let of_square = |row: &&mut Row| row.spec.scale == Scale::Square && row.status == Status::Free;
         for row in self.rows.iter_mut().filter(of_square) {
             row.value = row.value.max(row.least_square());
@@ -612,101 +413,6 @@ impl ParameterTable {
             row.value = value.clamp(row.bounds.0, row.bounds.1);
         }
         self.follow();
-    }
-
-    /// Puts lobes of one kind in order, the sharpest first; returns whether any moved.
-    ///
-    /// Their sum does not depend on which is which. Only lobes that are alike in everything but their
-    /// values are exchanged: one with a value or a bound of its own from the user keeps its place.
-    pub fn sort_lobes(&mut self) -> bool {
-        let mut moved = false;
-        // Every exchange takes one pair out of disorder and brings none into it.
-        while let Some((a, b)) = self.disorder() {
-            let rows = |lobe: usize| self.places.get(lobe).map_or(Vec::new(), |places| places.concat());
-            for (i, j) in rows(a).into_iter().zip(rows(b)) {
-                self.exchange(i, j);
-            }
-            moved = true;
-        }
-        self.follow();
-        moved
-    }
-
-    /// Whether lobes of one kind stand in order, the sharpest first.
-    #[must_use]
-    pub fn is_sorted(&self) -> bool {
-        self.disorder().is_none()
-    }
-
-    /// Whether some lobes could change places without changing the model.
-    #[must_use]
-    pub fn has_exchangeable_lobes(&self) -> bool {
-        self.pairs().any(|(a, b)| self.exchangeable(a, b))
-    }
-
-    /// Two lobes of one kind of which the sharper one comes second.
-    fn disorder(&self) -> Option<(usize, usize)> {
-        self.pairs().find(|(a, b)| self.out_of_order(*a, *b))
-    }
-
-    /// All pairs of lobes, as written.
-    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
-        let count = self.lobes.len();
-        (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
-    }
-
-    fn exchange(&mut self, i: usize, j: usize) {
-        let values = |row: Option<&Row>| row.map(|row| (row.value, row.initial));
-        let (Some(first), Some(second)) = (values(self.rows.get(i)), values(self.rows.get(j))) else {
-            return;
-        };
-        for (index, (value, initial)) in [(i, second), (j, first)] {
-            if let Some(row) = self.rows.get_mut(index) {
-                (row.value, row.initial) = (value, initial);
-            }
-        }
-    }
-
-    /// Whether lobe `b` is the sharper one of two that may be exchanged.
-    fn out_of_order(&self, a: usize, b: usize) -> bool {
-        if !self.exchangeable(a, b) {
-            return false;
-        }
-        let key = |lobe: usize| {
-            let rows = self.places.get(lobe)?.iter().filter_map(|rows| self.rows.get(*rows.first()?));
-            rows.filter_map(|row| Some((row.spec.sharper?, row.value))).next()
-        };
-        match (key(a), key(b)) {
-            (Some((Sharper::Smaller, first)), Some((_, second))) => second < first,
-            (Some((Sharper::Larger, first)), Some((_, second))) => second > first,
-            _ => false,
-        }
-    }
-
-    /// Whether two lobes are of one kind and the user has not told them apart.
-    fn exchangeable(&self, a: usize, b: usize) -> bool {
-        if self.kinds.get(a) != self.kinds.get(b) {
-            return false;
-        }
-        let rows = |lobe: usize| self.places.get(lobe).map_or(Vec::new(), |places| places.concat());
-        let (first, second) = (rows(a), rows(b));
-        let alike = |i: usize, j: usize| {
-            let (Some(x), Some(y)) = (self.rows.get(i), self.rows.get(j)) else { return false };
-            let same_role = match (x.status, y.status) {
-                (Status::Free, Status::Free) => true,
-                (Status::Fixed, Status::Fixed) => x.value == y.value,
-                // Tied to each other, or each to the same parameter of its own lobe or of a third.
-                (Status::Tied(t), _) if t == j => true,
-                (_, Status::Tied(t)) if t == i => true,
-                (Status::Tied(s), Status::Tied(t)) => {
-                    let within = |lobe: &[usize], row: usize| lobe.iter().position(|r| *r == row);
-                    s == t || within(&first, s).is_some_and(|at| within(&second, t) == Some(at))
-                }
-                _ => false,
-            };
-            same_role && !x.given && !y.given && x.bounds == y.bounds
-        };
-        first.len() == second.len() && first.iter().zip(&second).all(|(i, j)| alike(*i, *j))
     }
 
     /// Declares the current values to be those that the fit starts from.
@@ -790,89 +496,19 @@ fn products(expression: &Expression, specs: &[Vec<ParamSpec>]) -> Vec<Product> {
     products
 }
 
-/// How a channel is appended to a parameter's name.
-#[must_use]
-pub fn channel_suffix(channel: &str) -> String {
-    if channel.contains('.') || channel.parse::<f64>().is_ok() {
-        format!("[{channel}]")
-    } else {
-        format!(".{channel}")
-    }
+/// Whether two sets of shapes are different minima.
+pub(crate) fn shapes_differ(table: &ParameterTable, a: &[(usize, f64)], b: &[(usize, f64)]) -> bool {
+    a.iter().zip(b).any(|((row, x), (_, y))| table.rows().get(*row).is_some_and(|row| differ(row, *x, *y)))
 }
 
-/// Lobe (if named), parameter and channel (if named) of a selector.
-fn resolve(
-    selector: &Selector,
-    lobes: &[String],
-    specs: &[Vec<ParamSpec>],
-    channels: &[String],
-) -> Result<(Option<usize>, String, Option<usize>), Error> {
-    let find_lobe = |name: &String| lobes.iter().position(|lobe| lobe == name);
-    let (lobe, name, channel) = match (selector.parts.as_slice(), &selector.bracketed) {
-        ([name], channel) => (None, name, channel.as_ref()),
-        ([lobe, name], Some(channel)) => (Some(lobe), name, Some(channel)),
-        ([first, second], None) if find_lobe(first).is_some() => (Some(first), second, None),
-        ([first, second], None) if specs.iter().flatten().any(|spec| spec.name == first) => {
-            (None, first, Some(second))
-        }
-        ([first, second], None) => (Some(first), second, None),
-        ([lobe, name, channel], None) => (Some(lobe), name, Some(channel)),
-        _ => return Err(Error::Usage(format!("{selector}: not a parameter"))),
-    };
-    let lobe = match lobe {
-        None => None,
-        Some(lobe) => Some(find_lobe(lobe).ok_or_else(|| {
-            Error::Usage(format!(
-                "{selector}: expected a lobe among {}, found {}",
-                lobes.join(", "),
-                excerpt(lobe)
-            ))
-        })?),
-    };
-    let holders: Vec<usize> = specs
-        .iter()
-        .enumerate()
-        .filter(|(index, lobe_specs)| {
-            lobe.is_none_or(|l| l == *index) && lobe_specs.iter().any(|spec| spec.name == name)
-        })
-        .map(|(index, _)| index)
-        .collect();
-    match holders.as_slice() {
-        [] => {
-            let mut known: Vec<String> = Vec::new();
-            for (lobe, lobe_specs) in lobes.iter().zip(specs) {
-                known.extend(lobe_specs.iter().map(|spec| format!("{lobe}.{}", spec.name)));
-            }
-            return Err(Error::Usage(format!(
-                "{selector}: expected a parameter among {}, found {}",
-                known.join(", "),
-                excerpt(name)
-            )));
-        }
-        [_] => {}
-        several => {
-            let names: Vec<String> = several
-                .iter()
-                .filter_map(|index| lobes.get(*index))
-                .map(|lobe| format!("{lobe}.{name}"))
-                .collect();
-            return Err(Error::Usage(format!(
-                "{selector}: several lobes have one: name {}",
-                names.join(" or ")
-            )));
+/// Whether two values of a shape belong to different minima.
+pub(crate) fn differ(row: &Row, x: f64, y: f64) -> bool {
+    match row.spec.scale {
+        Scale::Log => (x / y).ln().abs() > SAME_VALUE,
+        Scale::Linear | Scale::Square => {
+            (x - y).abs() > SAME_VALUE * (row.spec.typical.1 - row.spec.typical.0)
         }
     }
-    let channel = match channel {
-        None => None,
-        Some(wanted) => Some(channels.iter().position(|channel| channel == wanted).ok_or_else(|| {
-            Error::Usage(format!(
-                "{selector}: expected a channel among {}, found {}",
-                channels.join(", "),
-                excerpt(wanted)
-            ))
-        })?),
-    };
-    Ok((lobe, name.clone(), channel))
 }
 
 #[cfg(test)]
