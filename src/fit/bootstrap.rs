@@ -7,7 +7,7 @@
 //! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
 
 use super::loss::Objective;
-use super::run::Task;
+use super::task::Task;
 use super::uncertainty::{Covariance, Method};
 use super::warnings::Warning;
 use crate::error::Error;
@@ -24,27 +24,6 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-
-/// Where standard errors come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Uncertainty {
-    /// From the linear model at the optimum, for independent samples.
-    #[default]
-    Formula,
-    /// From fits repeated on resampled angles of incidence.
-    BlockBootstrap,
-}
-
-impl Uncertainty {
-    /// Name on the command line and in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Formula => "formula",
-            Self::BlockBootstrap => "block-bootstrap",
-        }
-    }
-}
 
 /// Fits repeated on resampled angles of incidence.
 #[derive(Clone, Debug)]

@@ -11,7 +11,7 @@
 //! Nothing is taken on trust: the solver begins where the rounds end, on all samples, and ends by its own tests.
 
 use super::problem::ReflectanceProblem;
-use super::run::Task;
+use super::task::Task;
 use crate::error::Error;
 use crate::solver::bounded_step::bounded_step;
 use crate::solver::corrected::Corrected;

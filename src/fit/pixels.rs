@@ -1,4 +1,4 @@
-//! Fitting an image: pixels that are weighted sums of f.
+//! The least-squares problem of fitting an image: pixels that are weighted sums of f.
 //!
 //! ```text
 //! x(p, k) = sum_s w_s,k f_c(k)(s)          s: pairs of directions that pixel p sees; k: red, green, blue
@@ -8,17 +8,14 @@
 //! f_c(k) is the channel of its own where the measurement has red, green and blue, and its only channel otherwise. Errors along
 //! single directions that cancel within a pixel are none: they cannot be seen.
 
-use super::absent::past_absent_lobes;
 use super::formula::{Formula, Layout};
 use super::kernels::Evaluation;
 use super::problem::stretches;
-use super::run::Options;
-use crate::error::Error;
 use crate::geometry::{BLOCK, Block, Pair, Row};
-use crate::model::{BasisBlock, Expression, Role, Scale};
-use crate::parameters::{ParameterTable, Row as Parameter, Status};
+use crate::model::{BasisBlock, Expression};
+use crate::parameters::ParameterTable;
 use crate::solver::triangle::{Triangle, dot};
-use crate::solver::{LeastSquares, Limits, Linearisation, Tolerances, minimise};
+use crate::solver::{LeastSquares, Linearisation};
 use nalgebra::{DVector, Matrix3, Vector3};
 use pulp::Arch;
 use rayon::prelude::*;
@@ -27,21 +24,8 @@ use std::sync::Mutex;
 
 /// Colours of a pixel.
 const COLOURS: usize = 3;
-/// A minimum of an image is not asked for more digits than an image shows.
-const TOLERANCES: Tolerances = Tolerances { step: 1e-7, cost: 1e-9, gradient: 1e-7, refinements: 0 };
-/// Most iterations; few fits take more than thirty.
-const ITERATIONS: u64 = 100;
-/// How starts are tried, and how the best of them go on.
-const TRIED: Effort = Effort { pixels: 150, iterations: 8 };
-const SEARCHED: Effort = Effort { pixels: 400, iterations: 30 };
 /// Pixels whose rows are compressed together.
 const PIXELS: usize = 64;
-
-/// How much is looked at, and how often.
-struct Effort {
-    pixels: usize,
-    iterations: u64,
-}
 
 /// What a pixel is to be.
 pub(crate) trait Target: Clone + Sync {
@@ -79,7 +63,7 @@ impl<T: Target> Shown<T> {
     }
 
     /// About `wanted` of the pixels, evenly from their order.
-    fn some(&self, wanted: usize) -> Self {
+    pub(super) fn some(&self, wanted: usize) -> Self {
         let step = self.targets.len().div_ceil(wanted.max(1)).max(1);
         let mut some = Self::new();
         let mut last = None;
@@ -97,64 +81,8 @@ impl<T: Target> Shown<T> {
     }
 }
 
-/// Parameters that make an image as near as it gets to what is `shown`, sought from `starts`; none without starts.
-///
-/// Images have many minima where lobes are sharp. Every start is tried with its widths as they are, a third and three times
-/// as large, for a few iterations on few of the pixels; the best two of those are improved on more pixels, and the better one on
-/// all. The result is no farther from what is shown than any of the starts.
-///
-/// # Errors
-/// Those of [`minimise`].
-pub(crate) fn fit_image<T: Target>(
-    expression: &Expression,
-    shown: &Shown<T>,
-    starts: &[&ParameterTable],
-    options: &Options,
-) -> Result<Option<ParameterTable>, Error> {
-    let improved = |shown: &Shown<T>, tables: Vec<ParameterTable>, iterations: u64| {
-        let improved = |table| PixelProblem::new(expression, shown, table).improved(options, iterations);
-        let mut found = tables.into_iter().map(improved).collect::<Result<Vec<_>, Error>>()?;
-        found.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        Ok::<_, Error>(found)
-    };
-    let best = |found: Vec<(f64, ParameterTable)>, n: usize| -> Vec<ParameterTable> {
-        found.into_iter().take(n).map(|(_, table)| table).collect()
-    };
-    let tried: Vec<ParameterTable> = starts.iter().flat_map(|start| stretched(start)).collect();
-    let tried = improved(&shown.some(TRIED.pixels), tried, TRIED.iterations)?;
-    let searched = improved(&shown.some(SEARCHED.pixels), best(tried, 2), SEARCHED.iterations)?;
-    let mut found = improved(shown, best(searched, 1), ITERATIONS)?;
-    let cost = |table: &&ParameterTable| PixelProblem::new(expression, shown, (*table).clone()).cost();
-    let least = starts.iter().map(cost).fold(f64::INFINITY, f64::min);
-    if found.first().is_some_and(|(cost, _)| *cost > least) {
-        // Some of the pixels were not like the others.
-        found.extend(improved(shown, starts.iter().map(|table| (*table).clone()).collect(), ITERATIONS)?);
-        found.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    }
-    Ok(best(found, 1).into_iter().next())
-}
-
-/// A start with its widths as they are, narrower and wider; itself alone if it has none to move.
-fn stretched(start: &ParameterTable) -> Vec<ParameterTable> {
-    let is_width = |row: &Parameter| {
-        row.status == Status::Free && row.spec.role == Role::Shape && row.spec.scale == Scale::Log
-    };
-    let widths: Vec<(usize, f64)> = (0..)
-        .zip(start.rows())
-        .filter(|(_, row)| is_width(row))
-        .map(|(index, row)| (index, row.value))
-        .collect();
-    let factors: &[f64] = if widths.is_empty() { &[1.0] } else { &[1.0, 1.0 / 3.0, 3.0] };
-    let with = |factor: &f64| {
-        let mut table = start.clone();
-        widths.iter().for_each(|(index, value)| table.set_value(*index, factor * value));
-        table
-    };
-    factors.iter().map(with).collect()
-}
-
 /// The least-squares problem of an image.
-struct PixelProblem<'a, T> {
+pub(super) struct PixelProblem<'a, T> {
     expression: &'a Expression,
     shown: &'a Shown<T>,
     table: ParameterTable,
@@ -174,29 +102,21 @@ struct PixelSums {
 }
 
 impl<'a, T: Target> PixelProblem<'a, T> {
-    fn new(expression: &'a Expression, shown: &'a Shown<T>, table: ParameterTable) -> Self {
+    pub(super) fn new(expression: &'a Expression, shown: &'a Shown<T>, table: ParameterTable) -> Self {
         let last = table.channels().len().saturating_sub(1);
         let layouts = (0..=last).map(|channel| Layout::new(&table, channel)).collect();
         let channels = std::array::from_fn(|colour: usize| colour.min(last));
         Self { expression, shown, table, layouts, channels, bases: Mutex::default() }
     }
 
-    fn cost(&self) -> f64 {
-        self.linearise(&DVector::from_vec(self.table.coordinates())).cost
+    /// The parameters that it starts from.
+    pub(super) fn table(&self) -> &ParameterTable {
+        &self.table
     }
 
-    /// The minimum that the parameters lead to, with its cost.
-    fn improved(&self, options: &Options, iterations: u64) -> Result<(f64, ParameterTable), Error> {
-        let start = DVector::from_vec(self.table.coordinates());
-        let (stop, deadline) = (options.stop.clone(), options.deadline);
-        let limits = Limits { iterations, stop, deadline, observer: None };
-        let solution = past_absent_lobes(self, &self.table, start, |start| {
-            minimise(self, start, TOLERANCES, limits.clone())
-        })?;
-        let mut table = self.table.clone();
-        table.set_coordinates(solution.x.as_slice());
-        table.sort_lobes();
-        Ok((solution.cost, table))
+    /// The cost there.
+    pub(super) fn cost(&self) -> f64 {
+        self.linearise(&DVector::from_vec(self.table.coordinates())).cost
     }
 
     /// The free parameters that a colour depends on.
@@ -326,16 +246,15 @@ impl<T: Target> LeastSquares for PixelProblem<'_, T> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::math::count;
     use approx::assert_relative_eq;
     use glam::DVec3;
-    use std::f64::consts::PI;
 
     /// Radiance as it is.
     #[derive(Clone)]
-    struct Radiance([f64; 3]);
+    pub(in crate::fit) struct Radiance([f64; 3]);
 
     impl Target for Radiance {
         fn compare(&self, x: [f64; 3]) -> (Vector3<f64>, Matrix3<f64>) {
@@ -343,10 +262,10 @@ mod tests {
         }
     }
 
-    const PIXELS_SHOWN: usize = 150;
+    pub(in crate::fit) const PIXELS_SHOWN: usize = 150;
 
     /// An image in which pixel p sees 1 + p mod 5 pairs of directions; weights and brightness differ from colour to colour.
-    fn shown(brightness: impl Fn(usize) -> [f64; 3]) -> Shown<Radiance> {
+    pub(in crate::fit) fn shown(brightness: impl Fn(usize) -> [f64; 3]) -> Shown<Radiance> {
         let mut shown = Shown::new();
         for pixel in 0..PIXELS_SHOWN {
             shown.add_pixel(Radiance(brightness(pixel)));
@@ -365,9 +284,30 @@ mod tests {
         shown
     }
 
-    fn table(expression: &Expression, channels: &[&str]) -> ParameterTable {
+    pub(in crate::fit) fn table(expression: &Expression, channels: &[&str]) -> ParameterTable {
         let channels: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();
         ParameterTable::new(expression, &channels, false, &Vec::new()).unwrap()
+    }
+
+    /// What the model shows at the values in `table`: red, green and blue of each pixel.
+    pub(in crate::fit) fn rendered(
+        expression: &Expression,
+        shown: &Shown<Radiance>,
+        table: &ParameterTable,
+    ) -> Vec<[f64; 3]> {
+        let problem = PixelProblem::new(expression, shown, table.clone());
+        let formula = Formula::new(expression, table, &problem.layouts, &problem.bases);
+        let image = problem.render(&formula);
+        let of_pixel = |pixel: usize| {
+            [0, 1, 2].map(|colour| image.sums[colour][(pixel + 1) * problem.width(colour) - 1])
+        };
+        (0..PIXELS_SHOWN).map(of_pixel).collect()
+    }
+
+    /// The sum of the weights of a colour that a pixel sees.
+    pub(in crate::fit) fn light(shown: &Shown<Radiance>, colour: usize, pixel: usize) -> f64 {
+        let seen = shown.pixel_of.iter().zip(&shown.weights[colour]).filter(|(p, _)| **p == pixel);
+        seen.map(|(_, weight)| weight).sum()
     }
 
     #[test]
@@ -390,49 +330,5 @@ mod tests {
                 assert_relative_eq!(slope[j], expected, max_relative = 1e-5, epsilon = 1e-7);
             }
         }
-    }
-
-    /// Lambert's image is kd/pi times the sum of the weights: a straight line through the origin, whose slope any textbook has.
-    #[test]
-    fn the_minimum_of_a_matte_image_is_that_of_a_straight_line() {
-        let expression = Expression::parse("lambert").unwrap();
-        let brightness = |pixel: usize| [0.2, 0.4, 0.1].map(|x| x * (1.0 + count(pixel % 3)));
-        let shown = shown(brightness);
-        let start = table(&expression, &["r", "g", "b"]);
-        let found = fit_image(&expression, &shown, &[&start], &Options::default()).unwrap().unwrap();
-        for (colour, row) in found.rows().iter().enumerate() {
-            let (mut products, mut squares) = (0.0, 0.0);
-            for pixel in 0..PIXELS_SHOWN {
-                let of_pixel =
-                    shown.pixel_of.iter().zip(&shown.weights[colour]).filter(|(p, _)| **p == pixel);
-                let light = of_pixel.map(|(_, weight)| weight).sum::<f64>() / PI;
-                products += light * brightness(pixel)[colour];
-                squares += light * light;
-            }
-            assert_relative_eq!(row.value, products / squares, max_relative = 1e-9);
-        }
-    }
-
-    #[test]
-    fn the_result_is_the_best_that_any_start_leads_to() {
-        let expression = Expression::parse("lambert + cook-torrance").unwrap();
-        let mut truth = table(&expression, &["grey"]);
-        let index = (0..truth.rows().len()).find(|index| truth.name(*index) == "cook-torrance.m").unwrap();
-        truth.set_value(index, 0.2);
-        let dark = shown(|_| [0.0; 3]);
-        let problem = PixelProblem::new(&expression, &dark, truth.clone());
-        let formula = Formula::new(&expression, &truth, &problem.layouts, &problem.bases);
-        let image = problem.render(&formula);
-        let shown = shown(|pixel| {
-            [0, 1, 2].map(|colour| image.sums[colour][(pixel + 1) * problem.width(colour) - 1])
-        });
-        let starts = [0.02, 0.5].map(|m| {
-            let mut start = table(&expression, &["grey"]);
-            start.set_value(index, m);
-            start
-        });
-        let starts: Vec<&ParameterTable> = starts.iter().collect();
-        let found = fit_image(&expression, &shown, &starts, &Options::default()).unwrap().unwrap();
-        assert_relative_eq!(found.rows()[index].value, 0.2, max_relative = 1e-5);
     }
 }

@@ -1,80 +1,31 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
 use super::absent::past_absent_lobes;
-use super::bootstrap::{self, Resampled, Uncertainty};
-use super::budget::Budget;
+use super::bootstrap::{self, Resampled};
 use super::errors::{ErrorTable, Errors};
 use super::hold_out::{self, HeldOut};
 use super::judge::Selection;
-use super::loss::{LossKind, Objective};
+use super::loss::Objective;
 use super::metric::Metric;
 use super::observed::Observed;
+use super::options::{Budget, Options, Uncertainty};
 use super::problem::ReflectanceProblem;
 use super::search::{Found, Start};
+use super::task::{POLISH_SAMPLES, Task};
 use super::uncertainty::Covariance;
 use super::warnings::Warning;
 use crate::error::Error;
-use crate::measurement::{Draws, Filters, Measurement, Samples, Weighting};
+use crate::measurement::{Measurement, Samples, Weighting};
 use crate::model::{Expression, Role};
-use crate::parameters::{ParameterTable, Settings, Status};
+use crate::parameters::{ParameterTable, Status};
 use crate::progress::Progress;
 use crate::solver::remembered::Remembered;
 use crate::solver::{
-    LeastSquares, Limits, Observer, Solution, SolverKind, StopSignal, Termination, Tolerances, minimise,
-    minimise_with,
+    LeastSquares, Limits, Observer, Solution, SolverKind, Termination, Tolerances, minimise, minimise_with,
 };
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
-
-/// What to fit and how.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// What the residuals are differences of.
-    pub metric: Metric,
-    /// How large residuals count.
-    pub loss: LossKind,
-    /// Where they begin to count less, in units of the residual; found from the data if none.
-    pub loss_scale: Option<f64>,
-    /// Which samples count.
-    pub filters: Filters,
-    /// Wishes about parameters.
-    pub settings: Settings,
-    /// Seed of the draws of samples.
-    pub seed: u64,
-    /// Fraction of the angles of incidence that is left out of the fit, to judge it by; none if none.
-    pub hold_out: Option<f64>,
-    /// Where standard errors come from.
-    pub uncertainty: Uncertainty,
-    /// What minimises in the final fit.
-    pub solver: SolverKind,
-    /// Most iterations of the final fit by Levenberg-Marquardt; other solvers make more of them.
-    pub iterations: u64,
-    /// Set to true to stop with the best so far.
-    pub stop: Option<StopSignal>,
-    /// The moment to stop at.
-    pub deadline: Option<Instant>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            metric: Metric::default(),
-            loss: LossKind::default(),
-            loss_scale: None,
-            filters: Filters::default(),
-            settings: Vec::new(),
-            seed: 0,
-            hold_out: None,
-            uncertainty: Uncertainty::default(),
-            solver: SolverKind::default(),
-            iterations: 300,
-            stop: None,
-            deadline: None,
-        }
-    }
-}
 
 /// The result of a fit.
 #[derive(Clone, Debug)]
@@ -129,8 +80,6 @@ pub struct Fit {
 /// 1e-6 sqrt(n) standard errors.
 const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11, refinements: 2 };
 
-/// Samples of which each start is polished.
-pub(super) const POLISH_SAMPLES: usize = 6000;
 /// An amplitude whose whole effect is below this share of the data is nothing but rounding.
 const NEGLIGIBLE_EFFECT: f64 = 1e-9;
 
@@ -251,38 +200,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
     Ok(fit)
 }
 
-/// A fit in progress.
-pub(super) struct Task<'a> {
-    pub(super) expression: &'a Expression,
-    pub(super) samples: &'a Samples,
-    /// Of those samples.
-    pub(super) draws: Draws<'a>,
-    pub(super) options: &'a Options,
-}
-
-impl<'a> Task<'a> {
-    fn new(expression: &'a Expression, samples: &'a Samples, options: &'a Options) -> Self {
-        Self { expression, samples, draws: Draws::new(samples), options }
-    }
-
-    pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
-        Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
-    }
-
-    /// Samples prepared for the metric of the fit.
-    pub(super) fn observe<'s>(&self, samples: &'s Samples) -> Arc<Observed<'s>> {
-        Arc::new(Observed::new(samples, self.options.metric))
-    }
-
-    pub(super) fn problem<'s>(
-        &'s self,
-        samples: &Arc<Observed<'s>>,
-        table: ParameterTable,
-        objective: Objective,
-    ) -> ReflectanceProblem<'s> {
-        ReflectanceProblem::of(self.expression, Arc::clone(samples), table, objective)
-    }
-
+impl Task<'_> {
     pub(super) fn polish(
         &self,
         samples: &Arc<Observed<'_>>,

@@ -4,7 +4,7 @@ use super::coarse::{Profile, Scan, ScanSamples, scan};
 use super::loss::{LossKind, Objective};
 use super::observed::{BULK_OF_DATA, Observed};
 use super::recombine::recombined;
-use super::run::{POLISH_SAMPLES, Task};
+use super::task::{POLISH_SAMPLES, Task};
 use crate::error::Error;
 use crate::model::Role;
 use crate::parameters::{ParameterTable, shapes_differ};
