@@ -6,7 +6,7 @@
 //! the fit is repeated from the optimum on what was drawn, and the spread of the repeated fits is the error
 //! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
 
-use super::loss::Objective;
+use super::problem::loss::Objective;
 use super::task::Task;
 use super::uncertainty::{Covariance, Method};
 use super::warnings::Warning;

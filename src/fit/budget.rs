@@ -1,8 +1,8 @@
 //! Fits within budgets of samples and iterations, and the cheapest of them that reaches a target.
 
 use super::errors::score;
-use super::metric::Metric;
 use super::options::{Budget, Options};
+use super::problem::metric::Metric;
 use super::run::{Fit, fit};
 use super::warnings::Warning;
 use crate::error::Error;

@@ -6,10 +6,10 @@
 //! few hundred samples.
 
 use super::absent::past_absent_lobes;
-use super::loss::Objective;
-use super::metric::Metric;
-use super::observed::Observed;
-use super::problem::ReflectanceProblem;
+use super::problem::loss::Objective;
+use super::problem::metric::Metric;
+use super::problem::observed::Observed;
+use super::problem::reflectance::ReflectanceProblem;
 use super::recombine::recombined;
 use crate::error::Error;
 use crate::math::count;

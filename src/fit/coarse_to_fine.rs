@@ -10,7 +10,7 @@
 //!
 //! Nothing is taken on trust: the solver begins where the rounds end, on all samples, and ends by its own tests.
 
-use super::problem::ReflectanceProblem;
+use super::problem::reflectance::ReflectanceProblem;
 use super::task::Task;
 use crate::error::Error;
 use crate::solver::bounded_step::bounded_step;

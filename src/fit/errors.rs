@@ -1,8 +1,9 @@
 //! Every error of docs/conventions.md, whichever was fitted.
 
-use super::kernels::{Term, reflectance, sum};
-use super::metric::Metric;
-use super::observed::row;
+use super::problem::formula::{Term, reflectance};
+use super::problem::kernels::sum;
+use super::problem::metric::Metric;
+use super::problem::observed::row;
 use crate::geometry::{Block, Row};
 use crate::math::{Real, Scalar, count};
 use crate::measurement::Samples;

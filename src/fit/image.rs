@@ -2,7 +2,7 @@
 
 use super::absent::past_absent_lobes;
 use super::options::Options;
-use super::pixels::{PixelProblem, Shown, Target};
+use super::problem::pixels::{PixelProblem, Shown, Target};
 use crate::error::Error;
 use crate::model::{Expression, Role, Scale};
 use crate::parameters::{ParameterTable, Row, Status};
@@ -99,8 +99,8 @@ fn improved<T: Target>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::pixels::tests::{PIXELS_SHOWN, light, rendered, shown, table};
     use super::*;
+    use crate::fit::problem::pixels::tests::{PIXELS_SHOWN, light, rendered, shown, table};
     use crate::math::count;
     use approx::assert_relative_eq;
     use std::f64::consts::PI;

@@ -2,8 +2,8 @@
 
 use super::bootstrap::Resampled;
 use super::errors::{ErrorTable, score};
-use super::loss::{LossKind, Objective};
-use super::problem::ReflectanceProblem;
+use super::problem::loss::{LossKind, Objective};
+use super::problem::reflectance::ReflectanceProblem;
 use super::run::Fit;
 use super::search::Found;
 use super::task::Task;

@@ -1,7 +1,7 @@
 //! What a user may choose about a fit.
 
-use super::loss::LossKind;
-use super::metric::Metric;
+use super::problem::loss::LossKind;
+use super::problem::metric::Metric;
 use crate::measurement::Filters;
 use crate::parameters::Settings;
 use crate::solver::{SolverKind, StopSignal};

@@ -1,8 +1,8 @@
 //! Where the final fit starts: the best of several starts, each followed to its minimum on part of the samples.
 
 use super::coarse::{Profile, Scan, ScanSamples, scan};
-use super::loss::{LossKind, Objective};
-use super::observed::{BULK_OF_DATA, Observed};
+use super::problem::loss::{LossKind, Objective};
+use super::problem::observed::{BULK_OF_DATA, Observed};
 use super::recombine::recombined;
 use super::task::{POLISH_SAMPLES, Task};
 use crate::error::Error;

@@ -1,9 +1,9 @@
 //! A fit in progress: what all of its stages work with.
 
-use super::loss::Objective;
-use super::observed::Observed;
 use super::options::Options;
-use super::problem::ReflectanceProblem;
+use super::problem::loss::Objective;
+use super::problem::observed::Observed;
+use super::problem::reflectance::ReflectanceProblem;
 use crate::measurement::{Draws, Samples};
 use crate::model::Expression;
 use crate::parameters::ParameterTable;

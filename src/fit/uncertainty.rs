@@ -87,17 +87,6 @@ fn half_interval(dof: f64) -> f64 {
     StudentsT::new(0.0, 1.0, dof).map_or(f64::NAN, |t| t.inverse_cdf(0.975))
 }
 
-/// The residual that a sample would have in a fit without it: r/(1 - h), to first order, with h = J_s H^-1 J_s
-/// its leverage. `typical` is the root mean square of the residuals.
-pub(super) fn left_out(r: f64, h: f64, typical: f64) -> f64 {
-    // At leverage 1 a parameter follows its only sample: r is 0 whatever the noise, and r/(1 - h) rounding
-    // over rounding. Under equal noise r/(1 - h) is about typical/sqrt(1 - h); beyond the limit it is taken
-    // to be what that gives at the limit, or more if r asks for it.
-    const LEAST: f64 = 0.01;
-    let rest = 1.0 - h;
-    if rest > LEAST { r / rest } else { (r.abs() / LEAST).max(typical / LEAST.sqrt()) }
-}
-
 /// The linear model in some of the parameters, and what it knows of them.
 struct Known {
     /// Rows of the parameter table, ascending.

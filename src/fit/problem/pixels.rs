@@ -10,7 +10,7 @@
 
 use super::formula::{Formula, Layout};
 use super::kernels::Evaluation;
-use super::problem::stretches;
+use super::reflectance::stretches;
 use crate::geometry::{BLOCK, Block, Pair, Row};
 use crate::model::{BasisBlock, Expression};
 use crate::parameters::ParameterTable;
@@ -63,7 +63,7 @@ impl<T: Target> Shown<T> {
     }
 
     /// About `wanted` of the pixels, evenly from their order.
-    pub(super) fn some(&self, wanted: usize) -> Self {
+    pub(in crate::fit) fn some(&self, wanted: usize) -> Self {
         let step = self.targets.len().div_ceil(wanted.max(1)).max(1);
         let mut some = Self::new();
         let mut last = None;
@@ -82,7 +82,7 @@ impl<T: Target> Shown<T> {
 }
 
 /// The least-squares problem of an image.
-pub(super) struct PixelProblem<'a, T> {
+pub(in crate::fit) struct PixelProblem<'a, T> {
     expression: &'a Expression,
     shown: &'a Shown<T>,
     table: ParameterTable,
@@ -102,7 +102,11 @@ struct PixelSums {
 }
 
 impl<'a, T: Target> PixelProblem<'a, T> {
-    pub(super) fn new(expression: &'a Expression, shown: &'a Shown<T>, table: ParameterTable) -> Self {
+    pub(in crate::fit) fn new(
+        expression: &'a Expression,
+        shown: &'a Shown<T>,
+        table: ParameterTable,
+    ) -> Self {
         let last = table.channels().len().saturating_sub(1);
         let layouts = (0..=last).map(|channel| Layout::new(&table, channel)).collect();
         let channels = std::array::from_fn(|colour: usize| colour.min(last));
@@ -110,12 +114,12 @@ impl<'a, T: Target> PixelProblem<'a, T> {
     }
 
     /// The parameters that it starts from.
-    pub(super) fn table(&self) -> &ParameterTable {
+    pub(in crate::fit) fn table(&self) -> &ParameterTable {
         &self.table
     }
 
     /// The cost there.
-    pub(super) fn cost(&self) -> f64 {
+    pub(in crate::fit) fn cost(&self) -> f64 {
         self.linearise(&DVector::from_vec(self.table.coordinates())).cost
     }
 
@@ -246,7 +250,7 @@ impl<T: Target> LeastSquares for PixelProblem<'_, T> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(in crate::fit) mod tests {
     use super::*;
     use crate::math::count;
     use approx::assert_relative_eq;

@@ -3,25 +3,13 @@
 //! All loops run over rows of known length without branches, for [`pulp`] to compile them for several instruction
 //! sets; see [`crate::model::BasisBlock`].
 
-use super::formula::Sums;
+use super::formula::{Sums, Term};
 use super::loss::{LossKind, Objective};
 use super::metric::Transform;
-use super::uncertainty::left_out;
 use crate::geometry::Row;
-use crate::model::{BasisBlock, Coefficients};
+use crate::model::BasisBlock;
 use crate::solver::triangle::{Triangle, dot};
 use pulp::{Simd, WithSimd};
-
-/// One summand of a reflectance or of a derivative: a factor times a row of a lobe's basis.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Term {
-    pub(super) lobe: usize,
-    /// The shape that the basis is differentiated by; none for its value.
-    pub(super) shape: Option<usize>,
-    /// Which basis function.
-    pub(super) function: usize,
-    pub(super) factor: f64,
-}
 
 /// Working space.
 pub(super) struct Scratch {
@@ -197,18 +185,9 @@ fn temper(
     cost
 }
 
-/// The terms that add up to a reflectance.
-pub(super) fn reflectance(coefficients: &[Coefficients]) -> Vec<Term> {
-    let of_lobe = |(lobe, of_lobe): (usize, &Coefficients)| {
-        let term = |(function, factor): (usize, &f64)| Term { lobe, shape: None, function, factor: *factor };
-        of_lobe.values.iter().enumerate().map(term).collect::<Vec<_>>()
-    };
-    coefficients.iter().enumerate().flat_map(of_lobe).collect()
-}
-
 /// The sum of terms.
 #[inline(always)]
-pub(super) fn sum(bases: &[BasisBlock], terms: &[Term], sum: &mut Row) {
+pub(in crate::fit) fn sum(bases: &[BasisBlock], terms: &[Term], sum: &mut Row) {
     let row = |term: &Term| {
         let basis = bases.get(term.lobe)?;
         let rows = term.shape.map_or_else(|| basis.values(), |shape| basis.partials(shape));
@@ -253,4 +232,15 @@ fn add_scaled(sum: &mut Row, row: &Row, factor: f64) {
     for (total, value) in sum.iter_mut().zip(row) {
         *total += factor * value;
     }
+}
+
+/// The residual that a sample would have in a fit without it: r/(1 - h), to first order, with h = J_s H^-1 J_s
+/// its leverage. `typical` is the root mean square of the residuals.
+fn left_out(r: f64, h: f64, typical: f64) -> f64 {
+    // At leverage 1 a parameter follows its only sample: r is 0 whatever the noise, and r/(1 - h) rounding
+    // over rounding. Under equal noise r/(1 - h) is about typical/sqrt(1 - h); beyond the limit it is taken
+    // to be what that gives at the limit, or more if r asks for it.
+    const LEAST: f64 = 0.01;
+    let rest = 1.0 - h;
+    if rest > LEAST { r / rest } else { (r.abs() / LEAST).max(typical / LEAST.sqrt()) }
 }

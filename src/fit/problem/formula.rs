@@ -3,11 +3,21 @@
 //! Per block of directions every lobe yields its basis functions and their derivatives with respect to its shapes; f of a channel
 //! and each df/d coordinate are sums of those rows, each times a factor that this module finds once per set of parameters.
 
-use super::kernels::{Term, reflectance};
 use crate::geometry::Block;
 use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, Role};
 use crate::parameters::ParameterTable;
 use std::sync::{Mutex, PoisonError};
+
+/// One summand of a reflectance or of a derivative: a factor times a row of a lobe's basis.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::fit) struct Term {
+    pub(super) lobe: usize,
+    /// The shape that the basis is differentiated by; none for its value.
+    pub(super) shape: Option<usize>,
+    /// Which basis function.
+    pub(super) function: usize,
+    pub(super) factor: f64,
+}
 
 /// Which free parameters a channel depends on, and how.
 #[derive(Default)]
@@ -103,6 +113,15 @@ impl Sums {
     pub(super) fn columns(&self) -> &[Vec<Term>] {
         &self.columns
     }
+}
+
+/// The terms that add up to a reflectance.
+pub(in crate::fit) fn reflectance(coefficients: &[Coefficients]) -> Vec<Term> {
+    let of_lobe = |(lobe, of_lobe): (usize, &Coefficients)| {
+        let term = |(function, factor): (usize, &f64)| Term { lobe, shape: None, function, factor: *factor };
+        of_lobe.values.iter().enumerate().map(term).collect::<Vec<_>>()
+    };
+    coefficients.iter().enumerate().flat_map(of_lobe).collect()
 }
 
 /// An expression at one set of parameters.

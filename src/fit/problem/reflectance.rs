@@ -78,7 +78,7 @@ impl<'a> ReflectanceProblem<'a> {
     }
 
     /// The same for samples that have been prepared in the metric of `objective`.
-    pub(super) fn of(
+    pub(in crate::fit) fn of(
         expression: &'a Expression,
         observed: Arc<Observed<'a>>,
         table: ParameterTable,
@@ -96,7 +96,7 @@ impl<'a> ReflectanceProblem<'a> {
         &self.table
     }
 
-    pub(super) fn objective(&self) -> Objective {
+    pub(in crate::fit) fn objective(&self) -> Objective {
         self.objective
     }
 
@@ -107,7 +107,7 @@ impl<'a> ReflectanceProblem<'a> {
     }
 
     /// The same without values out of all proportion: one of them does not make everything else negligible.
-    pub(super) fn plausible_magnitude(&self) -> f64 {
+    pub(in crate::fit) fn plausible_magnitude(&self) -> f64 {
         let bulk = self.observed.quantile(BULK_OF_DATA);
         self.magnitude().min(ABSURD * count(self.residuals()).sqrt() * bulk)
     }
@@ -152,7 +152,7 @@ impl<'a> ReflectanceProblem<'a> {
     }
 
     /// The cost of each channel at `x`.
-    pub(super) fn channel_costs(&self, x: &DVector<f64>) -> Vec<f64> {
+    pub(in crate::fit) fn channel_costs(&self, x: &DVector<f64>) -> Vec<f64> {
         self.gather(x, Pass::Model).map(|total| total.costs).unwrap_or_default()
     }
 
@@ -193,7 +193,7 @@ impl<'a> ReflectanceProblem<'a> {
 }
 
 /// The blocks of so many samples in a fixed division.
-pub(super) fn stretches(samples: usize) -> Vec<Range<usize>> {
+pub(in crate::fit) fn stretches(samples: usize) -> Vec<Range<usize>> {
     let blocks = samples.div_ceil(BLOCK);
     let stretch = blocks.div_ceil(STRETCHES).max(BLOCKS_PER_STRETCH);
     (0..blocks).step_by(stretch).map(|start| start..blocks.min(start + stretch)).collect()

@@ -44,7 +44,7 @@ impl Metric {
 
     /// Replaces x by g(x), exactly as the metric is defined.
     #[inline(always)]
-    pub(super) fn apply_exactly(self, row: &mut Row) {
+    pub(in crate::fit) fn apply_exactly(self, row: &mut Row) {
         match self {
             Self::L2 => {}
             Self::Log => {
@@ -61,7 +61,7 @@ impl Metric {
     }
 
     /// The form that is minimised for a channel of mean magnitude `mean` = mean |x*|.
-    pub(super) fn transform(self, mean: f64) -> Transform {
+    pub(in crate::fit) fn transform(self, mean: f64) -> Transform {
         // A channel that is zero throughout still needs a finite slope.
         let smoothing = (CBRT_SMOOTHING * mean).max(1e-30);
         Transform { metric: self, smoothing2: smoothing * smoothing }
@@ -90,7 +90,7 @@ fn cube_root(x: f64) -> f64 {
 /// Real data hold exact zeros, where cbrt has an infinite slope; x/(x^2 + e^2)^(1/3) differs from it only
 /// within a few e of zero.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Transform {
+pub(in crate::fit) struct Transform {
     metric: Metric,
     smoothing2: f64,
 }
@@ -98,7 +98,7 @@ pub(super) struct Transform {
 impl Transform {
     /// g(x) and g'(x).
     #[cfg(test)]
-    pub(super) fn apply(self, x: f64) -> (f64, f64) {
+    pub(in crate::fit) fn apply(self, x: f64) -> (f64, f64) {
         let (mut g, mut slope) = (Row::filled(0.0), Row::filled(0.0));
         self.differences(&Row::filled(x), &Row::filled(0.0), &mut g, &mut slope);
         (g[0], slope[0])
@@ -106,7 +106,7 @@ impl Transform {
 
     /// g(x) - g(x*) and g'(x) of a row, where `measured` is g(x*).
     #[inline(always)]
-    pub(super) fn differences(self, x: &Row, measured: &Row, difference: &mut Row, slope: &mut Row) {
+    pub(in crate::fit) fn differences(self, x: &Row, measured: &Row, difference: &mut Row, slope: &mut Row) {
         let samples = x.iter().zip(measured).zip(difference.iter_mut().zip(slope.iter_mut()));
         match self.metric {
             Metric::L2 => {

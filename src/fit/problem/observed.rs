@@ -10,10 +10,10 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// The share of the measured values that is taken seriously where some may be outliers: these are fewer.
-pub(super) const BULK_OF_DATA: f64 = 0.95;
+pub(in crate::fit) const BULK_OF_DATA: f64 = 0.95;
 
 /// Samples prepared for a metric. Fits of the same samples share them.
-pub(super) struct Observed<'a> {
+pub(in crate::fit) struct Observed<'a> {
     samples: &'a Samples,
     /// Per channel; none for those that do not count.
     targets: Vec<Option<Target>>,
@@ -39,12 +39,12 @@ const KEPT_SAMPLES: usize = 20_000;
 
 impl<'a> Observed<'a> {
     /// All channels.
-    pub(super) fn new(samples: &'a Samples, metric: Metric) -> Self {
+    pub(in crate::fit) fn new(samples: &'a Samples, metric: Metric) -> Self {
         Self::with_channels(samples, metric, |_| true)
     }
 
     /// At most so many channels, spread over all of them.
-    pub(super) fn with_some_channels(samples: &'a Samples, metric: Metric, most: usize) -> Self {
+    pub(in crate::fit) fn with_some_channels(samples: &'a Samples, metric: Metric, most: usize) -> Self {
         let all = samples.values.len();
         // The channels at the ends and, at equal distances, between them.
         let chosen: Vec<usize> = if all <= most {
@@ -131,32 +131,32 @@ impl<'a> Observed<'a> {
     }
 
     /// Number of samples.
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::fit) fn len(&self) -> usize {
         self.samples.len()
     }
 
     /// Number of channels, whether they count or not.
-    pub(super) fn channels(&self) -> usize {
+    pub(in crate::fit) fn channels(&self) -> usize {
         self.targets.len()
     }
 
     /// Whether a channel counts.
-    pub(super) fn counts(&self, channel: usize) -> bool {
+    pub(in crate::fit) fn counts(&self, channel: usize) -> bool {
         self.targets.get(channel).is_some_and(Option::is_some)
     }
 
     /// Number of residuals.
-    pub(super) fn residuals(&self) -> usize {
+    pub(in crate::fit) fn residuals(&self) -> usize {
         self.len() * self.targets.iter().flatten().count()
     }
 
     /// Sum of the squares of the measured values, weighted and transformed like the residuals.
-    pub(super) fn magnitude2(&self) -> f64 {
+    pub(in crate::fit) fn magnitude2(&self) -> f64 {
         self.magnitude2
     }
 
     /// The geometry of a block, in `space` where it is not kept.
-    pub(super) fn block<'b>(&'b self, index: usize, space: &'b mut Block) -> &'b Block {
+    pub(in crate::fit) fn block<'b>(&'b self, index: usize, space: &'b mut Block) -> &'b Block {
         if let Some(block) = self.blocks.get(index) {
             return block;
         }
@@ -165,7 +165,7 @@ impl<'a> Observed<'a> {
     }
 
     /// The weights of a block's samples.
-    pub(super) fn weights(&self, index: usize) -> &[f64] {
+    pub(in crate::fit) fn weights(&self, index: usize) -> &[f64] {
         self.samples.weights.get(range(self.samples, index)).unwrap_or_default()
     }
 
@@ -184,7 +184,7 @@ impl<'a> Observed<'a> {
 
     /// The magnitude below which a fraction of the measured values lie, in the units of a loss's scale;
     /// samples count alike, whatever their weight.
-    pub(super) fn quantile(&self, fraction: f64) -> f64 {
+    pub(in crate::fit) fn quantile(&self, fraction: f64) -> f64 {
         let of_target = |target: &Target| -> Vec<(f64, f64)> {
             let mut rows = target.measured.clone();
             if let Some(precision) = &target.precision {
@@ -235,7 +235,7 @@ fn range(samples: &Samples, index: usize) -> std::ops::Range<usize> {
 }
 
 /// Up to a row of values, filled up.
-pub(super) fn row(values: &[f64], rest: f64) -> Row {
+pub(in crate::fit) fn row(values: &[f64], rest: f64) -> Row {
     let mut row = Row::filled(rest);
     row.iter_mut().zip(values).for_each(|(entry, value)| *entry = *value);
     row
