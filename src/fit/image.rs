@@ -1,8 +1,8 @@
 //! The fit of a model to an image.
 
-use super::absent::past_absent_lobes;
 use super::options::Options;
 use super::problem::pixels::{PixelProblem, Shown, Target};
+use super::search::absent_lobes::past_absent_lobes;
 use crate::error::Error;
 use crate::model::{Expression, Role, Scale};
 use crate::parameters::{ParameterTable, Row, Status};

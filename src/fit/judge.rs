@@ -5,7 +5,7 @@ use super::errors::{ErrorTable, score};
 use super::problem::loss::{LossKind, Objective};
 use super::problem::reflectance::ReflectanceProblem;
 use super::run::Fit;
-use super::search::Found;
+use super::search::best_start::Found;
 use super::task::Task;
 use super::uncertainty::Covariance;
 use super::warnings::{self, Warning};

@@ -1,17 +1,13 @@
 //! Fitting: the least-squares problem, where its minimisation starts, and what can be trusted.
 
-mod absent;
 mod bootstrap;
 mod budget;
-mod coarse;
-mod coarse_to_fine;
 mod errors;
 mod hold_out;
 mod image;
 mod judge;
 mod options;
 mod problem;
-mod recombine;
 mod run;
 mod search;
 mod task;
@@ -30,6 +26,6 @@ pub use problem::metric::Metric;
 pub(crate) use problem::pixels::{Shown, Target};
 pub use problem::reflectance::ReflectanceProblem;
 pub use run::{Fit, evaluate, fit};
-pub use search::Start;
+pub use search::best_start::Start;
 pub use uncertainty::{Covariance, Method};
 pub use warnings::Warning;

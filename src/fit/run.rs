@@ -1,17 +1,13 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
-use super::absent::past_absent_lobes;
 use super::bootstrap::{self, Resampled};
 use super::errors::{ErrorTable, Errors};
 use super::hold_out::{self, HeldOut};
 use super::judge::Selection;
 use super::options::{Budget, Options, Uncertainty};
-use super::problem::loss::Objective;
-use super::problem::metric::Metric;
-use super::problem::observed::Observed;
-use super::problem::reflectance::ReflectanceProblem;
-use super::search::{Found, Start};
-use super::task::{POLISH_SAMPLES, Task};
+use super::search::absent_lobes::past_absent_lobes;
+use super::search::best_start::{Found, Start};
+use super::task::Task;
 use super::uncertainty::Covariance;
 use super::warnings::Warning;
 use crate::error::Error;
@@ -21,7 +17,7 @@ use crate::parameters::{ParameterTable, Status};
 use crate::progress::Progress;
 use crate::solver::remembered::Remembered;
 use crate::solver::{
-    LeastSquares, Limits, Observer, Solution, SolverKind, Termination, Tolerances, minimise, minimise_with,
+    LeastSquares, Limits, Observer, SolverKind, Termination, Tolerances, minimise, minimise_with,
 };
 use nalgebra::DVector;
 use std::collections::BTreeMap;
@@ -79,9 +75,6 @@ pub struct Fit {
 /// The end of a fit. A promised decrease of 1e-12 of the cost moves the parameters by about
 /// 1e-6 sqrt(n) standard errors.
 const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11, refinements: 2 };
-
-/// An amplitude whose whole effect is below this share of the data is nothing but rounding.
-const NEGLIGIBLE_EFFECT: f64 = 1e-9;
 
 /// Fits `expression` to `measurement`.
 ///
@@ -198,45 +191,4 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
         });
     }
     Ok(fit)
-}
-
-impl Task<'_> {
-    pub(super) fn polish(
-        &self,
-        samples: &Arc<Observed<'_>>,
-        table: ParameterTable,
-        objective: Objective,
-        iterations: u64,
-    ) -> Result<Solution, Error> {
-        let problem = self.problem(samples, table, objective);
-        let start = DVector::from_vec(problem.table().coordinates());
-        let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
-        past_absent_lobes(&problem, problem.table(), start, |start| {
-            minimise(&problem, start, tolerances, self.limits(iterations, None))
-        })
-    }
-
-    /// Sets amplitudes without any effect to their bound; returns whether there were any.
-    fn drop_negligible(&self, table: &mut ParameterTable) -> bool {
-        let samples = self.draws.part(POLISH_SAMPLES, self.options.seed);
-        let problem = ReflectanceProblem::new(self.expression, &samples, table.clone(), Metric::L2);
-        let x = DVector::from_vec(table.coordinates());
-        let lengths = problem.linearise(&x).column_lengths(x.len());
-        let data = problem.plausible_magnitude();
-        let free = table.free().to_vec();
-        let mut any = false;
-        for (column, index) in free.into_iter().enumerate() {
-            let Some(row) = table.rows().get(index) else { continue };
-            let effect = row.value.abs() * lengths.get(column).copied().unwrap_or(0.0);
-            if row.spec.role == Role::Amplitude
-                && row.bounds.0 == 0.0
-                && row.value > 0.0
-                && effect < NEGLIGIBLE_EFFECT * data
-            {
-                table.set_value(index, 0.0);
-                any = true;
-            }
-        }
-        any
-    }
 }

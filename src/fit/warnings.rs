@@ -1,7 +1,7 @@
 //! What a user should know before relying on a fit, each with what to do next.
 
-use super::coarse::Profile;
 use super::run::Fit;
+use super::search::scan::Profile;
 use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{Role, Scale};

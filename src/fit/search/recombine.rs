@@ -4,7 +4,7 @@
 //! the value that is right for one can be wrong for another; but the channels hardly know of one another, and of each
 //! the best that was seen anywhere can be taken.
 
-use super::problem::reflectance::ReflectanceProblem;
+use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::model::Role;
 use crate::parameters::{ParameterTable, Row, Status};
 use nalgebra::DVector;

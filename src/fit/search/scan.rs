@@ -5,13 +5,13 @@
 //! 1973; for reflectance Yu, Seo and Lee 2011). The amplitudes are solved in the fit's own metric, on a
 //! few hundred samples.
 
-use super::absent::past_absent_lobes;
-use super::problem::loss::Objective;
-use super::problem::metric::Metric;
-use super::problem::observed::Observed;
-use super::problem::reflectance::ReflectanceProblem;
+use super::absent_lobes::past_absent_lobes;
 use super::recombine::recombined;
 use crate::error::Error;
+use crate::fit::problem::loss::Objective;
+use crate::fit::problem::metric::Metric;
+use crate::fit::problem::observed::Observed;
+use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{Expression, Role, Scale};
@@ -60,11 +60,11 @@ pub(super) struct Scan {
 
 /// The lowest cost at each value of one shape, whatever the others.
 #[derive(Clone, Debug)]
-pub(super) struct Profile {
+pub(in crate::fit) struct Profile {
     /// The shape's first row.
-    pub(super) row: usize,
+    pub(in crate::fit) row: usize,
     /// Values, ascending, and costs.
-    pub(super) points: Vec<(f64, f64)>,
+    pub(in crate::fit) points: Vec<(f64, f64)>,
 }
 
 /// What a scan looks at.

@@ -10,9 +10,9 @@
 //!
 //! Nothing is taken on trust: the solver begins where the rounds end, on all samples, and ends by its own tests.
 
-use super::problem::reflectance::ReflectanceProblem;
-use super::task::Task;
 use crate::error::Error;
+use crate::fit::problem::reflectance::ReflectanceProblem;
+use crate::fit::task::Task;
 use crate::solver::bounded_step::bounded_step;
 use crate::solver::corrected::Corrected;
 use crate::solver::remembered::Remembered;
@@ -37,7 +37,7 @@ impl Task<'_> {
     ///
     /// # Errors
     /// Those of [`minimise`].
-    pub(super) fn approach(
+    pub(in crate::fit) fn approach(
         &self,
         whole: &Remembered<'_, ReflectanceProblem<'_>>,
         start: DVector<f64>,

@@ -1,11 +1,11 @@
 //! Where the final fit starts: the best of several starts, each followed to its minimum on part of the samples.
 
-use super::coarse::{Profile, Scan, ScanSamples, scan};
-use super::problem::loss::{LossKind, Objective};
-use super::problem::observed::{BULK_OF_DATA, Observed};
 use super::recombine::recombined;
-use super::task::{POLISH_SAMPLES, Task};
+use super::scan::{Profile, Scan, ScanSamples, scan};
 use crate::error::Error;
+use crate::fit::problem::loss::{LossKind, Objective};
+use crate::fit::problem::observed::{BULK_OF_DATA, Observed};
+use crate::fit::task::{POLISH_SAMPLES, Task};
 use crate::model::Role;
 use crate::parameters::{ParameterTable, shapes_differ};
 use crate::solver::{Solution, Termination};
@@ -27,11 +27,11 @@ pub struct Start {
 }
 
 /// What the search has found out.
-pub(super) struct Found {
+pub(in crate::fit) struct Found {
     /// What is minimised, the scale of the loss settled.
-    pub(super) objective: Objective,
-    pub(super) starts: Vec<Start>,
-    pub(super) profiles: Vec<Profile>,
+    pub(in crate::fit) objective: Objective,
+    pub(in crate::fit) starts: Vec<Start>,
+    pub(in crate::fit) profiles: Vec<Profile>,
 }
 
 /// Samples of the scan.
@@ -55,7 +55,7 @@ const SMALLEST_SCALE: f64 = 1e-6;
 
 impl Task<'_> {
     /// The best start found, polished on part of the samples, and what was seen on the way.
-    pub(super) fn search(&self, mut table: ParameterTable) -> Result<(ParameterTable, Found), Error> {
+    pub(in crate::fit) fn search(&self, mut table: ParameterTable) -> Result<(ParameterTable, Found), Error> {
         let few = self.draws.part(SCAN_SAMPLES, self.options.seed);
         let few = ScanSamples::new(&few, self.options.metric);
         let more = self.draws.part(POLISH_SAMPLES, self.options.seed);

@@ -6,18 +6,24 @@
 //! go down.
 
 use crate::error::Error;
+use crate::fit::problem::metric::Metric;
+use crate::fit::problem::reflectance::ReflectanceProblem;
+use crate::fit::task::{POLISH_SAMPLES, Task};
+use crate::model::Role;
 use crate::parameters::{ParameterTable, Status};
 use crate::solver::{LeastSquares, Solution};
 use nalgebra::DVector;
 
 /// Every round brings back lobes that have been absent; more than so many are not seen.
 const ROUNDS: usize = 4;
+/// An amplitude whose whole effect is below this share of the data is nothing but rounding.
+const NEGLIGIBLE_EFFECT: f64 = 1e-9;
 
 /// Minimises over the free parameters of `table` from `start`, and again where the other factor of an absent lobe's strength shows a way down.
 ///
 /// # Errors
 /// Those of `minimise`.
-pub(super) fn past_absent_lobes(
+pub(in crate::fit) fn past_absent_lobes(
     problem: &impl LeastSquares,
     table: &ParameterTable,
     start: DVector<f64>,
@@ -92,4 +98,30 @@ fn absent_products(table: &ParameterTable) -> Vec<(usize, usize)> {
         }
     }
     absent
+}
+
+impl Task<'_> {
+    /// Sets amplitudes without any effect to their bound; returns whether there were any.
+    pub(in crate::fit) fn drop_negligible(&self, table: &mut ParameterTable) -> bool {
+        let samples = self.draws.part(POLISH_SAMPLES, self.options.seed);
+        let problem = ReflectanceProblem::new(self.expression, &samples, table.clone(), Metric::L2);
+        let x = DVector::from_vec(table.coordinates());
+        let lengths = problem.linearise(&x).column_lengths(x.len());
+        let data = problem.plausible_magnitude();
+        let free = table.free().to_vec();
+        let mut any = false;
+        for (column, index) in free.into_iter().enumerate() {
+            let Some(row) = table.rows().get(index) else { continue };
+            let effect = row.value.abs() * lengths.get(column).copied().unwrap_or(0.0);
+            if row.spec.role == Role::Amplitude
+                && row.bounds.0 == 0.0
+                && row.value > 0.0
+                && effect < NEGLIGIBLE_EFFECT * data
+            {
+                table.set_value(index, 0.0);
+                any = true;
+            }
+        }
+        any
+    }
 }
