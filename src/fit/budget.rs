@@ -1,10 +1,11 @@
 //! Fits within budgets of samples and iterations, and the cheapest of them that reaches a target.
 
-use super::errors::score;
 use super::options::{Budget, Options};
 use super::problem::metric::Metric;
-use super::run::{Fit, fit};
-use super::warnings::Warning;
+use super::run::fit;
+use super::verdict::errors::score;
+use super::verdict::result::Fit;
+use super::verdict::warning::Warning;
 use crate::error::Error;
 use crate::measurement::{Filters, Measurement, Samples};
 use crate::model::Expression;

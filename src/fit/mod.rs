@@ -1,31 +1,26 @@
 //! Fitting: the least-squares problem, where its minimisation starts, and what can be trusted.
 
-mod bootstrap;
 mod budget;
-mod errors;
-mod hold_out;
 mod image;
-mod judge;
 mod options;
 mod problem;
 mod run;
 mod search;
 mod task;
-mod uncertainty;
-mod warnings;
+mod verdict;
 
-pub use bootstrap::Resampled;
 pub use budget::{checked_target, fit_to_target, fit_within};
-pub use errors::{ErrorTable, Errors, score};
-pub use hold_out::{HeldOut, checked_fraction};
 pub(crate) use image::fit_image;
-pub use judge::Selection;
 pub use options::{Budget, Options, Uncertainty};
 pub use problem::loss::{LossKind, Objective};
 pub use problem::metric::Metric;
 pub(crate) use problem::pixels::{Shown, Target};
 pub use problem::reflectance::ReflectanceProblem;
-pub use run::{Fit, evaluate, fit};
+pub use run::{evaluate, fit};
 pub use search::best_start::Start;
-pub use uncertainty::{Covariance, Method};
-pub use warnings::Warning;
+pub use verdict::bootstrap::Resampled;
+pub use verdict::covariance::{Covariance, Method};
+pub use verdict::errors::{ErrorTable, Errors, score};
+pub use verdict::hold_out::{HeldOut, checked_fraction};
+pub use verdict::result::{Fit, Selection};
+pub use verdict::warning::Warning;

@@ -1,76 +1,22 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
-use super::bootstrap::{self, Resampled};
-use super::errors::{ErrorTable, Errors};
-use super::hold_out::{self, HeldOut};
-use super::judge::Selection;
-use super::options::{Budget, Options, Uncertainty};
+use super::options::{Options, Uncertainty};
 use super::search::absent_lobes::past_absent_lobes;
-use super::search::best_start::{Found, Start};
+use super::search::best_start::Found;
 use super::task::Task;
-use super::uncertainty::Covariance;
-use super::warnings::Warning;
+use super::verdict::bootstrap;
+use super::verdict::hold_out;
+use super::verdict::result::Fit;
+use super::verdict::warning::Warning;
 use crate::error::Error;
-use crate::measurement::{Measurement, Samples, Weighting};
+use crate::measurement::{Measurement, Samples};
 use crate::model::{Expression, Role};
 use crate::parameters::{ParameterTable, Status};
 use crate::progress::Progress;
 use crate::solver::remembered::Remembered;
-use crate::solver::{
-    LeastSquares, Limits, Observer, SolverKind, Termination, Tolerances, minimise, minimise_with,
-};
+use crate::solver::{LeastSquares, Limits, Observer, SolverKind, Tolerances, minimise, minimise_with};
 use nalgebra::DVector;
-use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// The result of a fit.
-#[derive(Clone, Debug)]
-pub struct Fit {
-    /// All parameters at their final values.
-    pub table: ParameterTable,
-    /// How the samples were weighted.
-    pub weighting: Weighting,
-    /// Samples used.
-    pub used: usize,
-    /// Samples left out, by reason.
-    pub dropped: BTreeMap<&'static str, usize>,
-    /// Every error.
-    pub errors: ErrorTable,
-    /// The budget that it was made within, where there was one.
-    pub budget: Option<Budget>,
-    /// Every error on all samples that pass the filters, where there was a budget.
-    pub errors_on_all: Option<Errors>,
-    /// Covariance of the free parameters.
-    pub covariance: Option<Covariance>,
-    /// The fits repeated on resampled angles of incidence, where the covariance is theirs.
-    pub resampled: Option<Resampled>,
-    /// The sum of squares that was minimised.
-    pub cost: f64,
-    /// Number of residuals.
-    pub n: usize,
-    /// Number of residuals less that of free parameters.
-    pub dof: i64,
-    /// chi^2/dof where the standard deviations were given.
-    pub reduced_chi2: Option<f64>,
-    /// Model selection.
-    pub selection: Selection,
-    /// The scale of the loss; none without one.
-    pub loss_scale: Option<f64>,
-    /// Errors on the samples held out, where some were.
-    pub held_out: Option<HeldOut>,
-    /// The starts tried.
-    pub starts: Vec<Start>,
-    /// Why it stopped.
-    pub termination: Termination,
-    /// Why the result is not usable; none if it is.
-    pub unusable: Option<String>,
-    /// Iterations of the final fit.
-    pub iterations: u64,
-    /// Evaluations of the final fit.
-    pub evaluations: u64,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
 
 /// The end of a fit. A promised decrease of 1e-12 of the cost moves the parameters by about
 /// 1e-6 sqrt(n) standard errors.

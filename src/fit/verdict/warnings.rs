@@ -1,22 +1,12 @@
 //! What a user should know before relying on a fit, each with what to do next.
 
-use super::run::Fit;
-use super::search::scan::Profile;
+use super::result::Fit;
+use super::warning::Warning;
+use crate::fit::search::scan::Profile;
 use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{Role, Scale};
 use crate::parameters::{Product, Status, differ};
-
-/// Something that the user should know before relying on the result.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// Short name of the kind.
-    pub kind: &'static str,
-    /// The parameter concerned, if it is one.
-    pub parameter: Option<String>,
-    /// What it is and what to do next.
-    pub text: String,
-}
 
 /// Correlations beyond this are worth a warning.
 const STRONG_CORRELATION: f64 = 0.98;

@@ -1,29 +1,21 @@
 //! Everything that follows from the parameters found: errors, covariance, criteria, warnings.
 
 use super::bootstrap::Resampled;
+use super::covariance::Covariance;
 use super::errors::{ErrorTable, score};
-use super::problem::loss::{LossKind, Objective};
-use super::problem::reflectance::ReflectanceProblem;
-use super::run::Fit;
-use super::search::best_start::Found;
-use super::task::Task;
-use super::uncertainty::Covariance;
-use super::warnings::{self, Warning};
+use super::result::{Fit, Selection, selection};
+use super::warning::Warning;
+use super::warnings;
 use crate::error::Error;
+use crate::fit::problem::loss::{LossKind, Objective};
+use crate::fit::problem::reflectance::ReflectanceProblem;
+use crate::fit::search::best_start::Found;
+use crate::fit::task::Task;
 use crate::math::count;
 use crate::measurement::Weighting;
 use crate::parameters::{ParameterTable, Row, Status};
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
-
-/// Criteria that weigh the error against the number of parameters; none where the cost is no likelihood.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Selection {
-    /// Akaike's information criterion, corrected for small samples.
-    pub aicc: Option<f64>,
-    /// Bayesian information criterion.
-    pub bic: Option<f64>,
-}
 
 /// Samples on which it is tried what freeing a parameter would gain.
 const CHECK_SAMPLES: usize = 1500;
@@ -45,7 +37,7 @@ impl Task<'_> {
     }
 
     /// Everything that follows from the parameters found.
-    pub(super) fn judge(
+    pub(in crate::fit) fn judge(
         &self,
         problem: &ReflectanceProblem<'_>,
         table: ParameterTable,
@@ -207,17 +199,5 @@ fn unusable(solution: &Solution, free: usize, dof: i64, errors: &ErrorTable) -> 
         Termination::Timeout => Some("the time limit was reached before a minimum: raise --timeout".to_owned()),
         _ => Some("no step lowers the error, though it should: the model may be too flat or not smooth here"
             .to_owned()),
-    }
-}
-
-fn selection(cost: f64, n: usize, free: usize, absolute: bool) -> Selection {
-    let (n, k) = (count(n), count(free));
-    // With unknown noise its variance is estimated too.
-    let (deviance, k) = if absolute { (cost, k) } else { (n * cost.ln(), k + 1.0) };
-    let finite = |value: f64| value.is_finite().then_some(value);
-    let correction = 2.0 * k * (k + 1.0) / (n - k - 1.0);
-    Selection {
-        aicc: if n > k + 1.0 { finite(deviance + 2.0 * k + correction) } else { None },
-        bic: finite(deviance + k * n.ln()),
     }
 }

@@ -1,9 +1,9 @@
 //! Every error of docs/conventions.md, whichever was fitted.
 
-use super::problem::formula::{Term, reflectance};
-use super::problem::kernels::sum;
-use super::problem::metric::Metric;
-use super::problem::observed::row;
+use crate::fit::problem::formula::{Term, reflectance};
+use crate::fit::problem::kernels::sum;
+use crate::fit::problem::metric::Metric;
+use crate::fit::problem::observed::row;
 use crate::geometry::{Block, Row};
 use crate::math::{Real, Scalar, count};
 use crate::measurement::Samples;

@@ -1,16 +1,16 @@
 //! Standard errors by resampling whole angles of incidence.
 //!
-//! The formulas of `uncertainty` take each sample's error for independent. Those of one angle of
+//! The formulas of `covariance` take each sample's error for independent. Those of one angle of
 //! incidence rarely are: they share the lamp's alignment and drift, and where the model is wrong they miss
 //! it alike. Here the angles are what is independent: as many as there are are drawn with replacement,
 //! the fit is repeated from the optimum on what was drawn, and the spread of the repeated fits is the error
 //! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
 
-use super::problem::loss::Objective;
-use super::task::Task;
-use super::uncertainty::{Covariance, Method};
-use super::warnings::Warning;
+use super::covariance::{Covariance, Method};
+use super::warning::Warning;
 use crate::error::Error;
+use crate::fit::problem::loss::Objective;
+use crate::fit::task::Task;
 use crate::math::count;
 use crate::measurement::{IncidenceGroups, Measurement, Samples};
 use crate::parameters::ParameterTable;
@@ -61,7 +61,7 @@ const BOOTSTRAP_STREAM: u64 = 0x626f_6f74_7374;
 ///
 /// # Errors
 /// [`Error::Usage`] if there are too few.
-pub(super) fn groups(samples: &Samples, measurement: &Measurement) -> Result<IncidenceGroups, Error> {
+pub(in crate::fit) fn groups(samples: &Samples, measurement: &Measurement) -> Result<IncidenceGroups, Error> {
     let groups = samples.incidence_groups();
     if groups.len() < FEWEST_GROUPS {
         return Err(Error::Usage(format!(
@@ -75,7 +75,7 @@ pub(super) fn groups(samples: &Samples, measurement: &Measurement) -> Result<Inc
 }
 
 /// Repeats the fit that ended at `table`; a warning instead of, or beside, the result where that was cut short.
-pub(super) fn resample(
+pub(in crate::fit) fn resample(
     task: &Task<'_>,
     objective: Objective,
     groups: &IncidenceGroups,

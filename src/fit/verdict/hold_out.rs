@@ -25,14 +25,14 @@ pub struct HeldOut {
 }
 
 /// Samples left out, before there is a fit to judge.
-pub(super) struct Unseen {
+pub(in crate::fit) struct Unseen {
     samples: Samples,
     theta_i_deg: Vec<[f64; 2]>,
 }
 
 impl Unseen {
     /// The errors of the model at the values in `table`.
-    pub(super) fn judge(&self, expression: &Expression, table: &ParameterTable) -> HeldOut {
+    pub(in crate::fit) fn judge(&self, expression: &Expression, table: &ParameterTable) -> HeldOut {
         HeldOut {
             samples: self.samples.len(),
             theta_i_deg: self.theta_i_deg.clone(),
@@ -60,7 +60,7 @@ pub fn checked_fraction(fraction: f64) -> Result<f64, Error> {
 ///
 /// # Errors
 /// [`Error::Usage`] for a fraction that is none, or a measurement with a single angle of incidence.
-pub(super) fn split(
+pub(in crate::fit) fn split(
     samples: &Samples,
     fraction: f64,
     seed: u64,
