@@ -10,9 +10,12 @@ pub mod image;
 pub mod math;
 pub mod measurement;
 pub mod model;
+pub mod parameters;
+pub mod progress;
 pub mod report;
 pub mod scene;
 pub mod select;
+pub mod solver;
 pub mod synthetic;
 pub mod tradeoff;
 

@@ -12,12 +12,12 @@
     clippy::cast_precision_loss
 )]
 
-use brdfit::fit::{
-    Fit, Method, Metric, Options, ParameterTable, Progress, Quiet, Selector, Setting, Settings, fit,
-};
+use brdfit::fit::{Fit, Method, Metric, Options, fit};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair, direction};
 use brdfit::measurement::{Filters, Measurement, Samples, Weighting};
 use brdfit::model::Expression;
+use brdfit::parameters::{ParameterTable, Selector, Setting, Settings};
+use brdfit::progress::{Progress, Quiet};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};

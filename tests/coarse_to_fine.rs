@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use approx::assert_relative_eq;
-use brdfit::fit::{
-    Fit, Limits, LossKind, Metric, Objective, Options, ParameterTable, Progress, Quiet, ReflectanceProblem,
-    Solution, Tolerances, fit, minimise,
-};
+use brdfit::fit::{Fit, LossKind, Metric, Objective, Options, ReflectanceProblem, fit};
 use brdfit::geometry::{Directions, HalfDifferenceGrid};
 use brdfit::measurement::{Measurement, Samples};
 use brdfit::model::Expression;
+use brdfit::parameters::ParameterTable;
+use brdfit::progress::{Progress, Quiet};
+use brdfit::solver::{Limits, Solution, Tolerances, minimise};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use nalgebra::DVector;
 use std::sync::Arc;

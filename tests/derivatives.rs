@@ -2,13 +2,15 @@
 //! against central differences.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-use brdfit::fit::{LeastSquares, Metric, ParameterTable, ReflectanceProblem, Selector, Setting};
+use brdfit::fit::{Metric, ReflectanceProblem};
 use brdfit::geometry::{Block, Directions, Geometry, Row, direction};
 use brdfit::math::Scalar;
 use brdfit::measurement::{Filters, Samples};
 use brdfit::model::{
     AnyModel, BasisBlock, Choices, Derivatives, Expression, ModelEntry, REGISTRY, Role, Scale,
 };
+use brdfit::parameters::{ParameterTable, Selector, Setting};
+use brdfit::solver::LeastSquares;
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use nalgebra::DVector;
 use num_dual::{Dual64, DualNum};

@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use brdfit::Error;
-use brdfit::fit::{Fit, Metric, Options, ParameterTable, Progress, Quiet, Selector, Setting, Settings, fit};
+use brdfit::fit::{Fit, Metric, Options, fit};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair, direction};
 use brdfit::measurement::{Filters, Measurement};
 use brdfit::model::Expression;
+use brdfit::parameters::{ParameterTable, Selector, Setting, Settings};
+use brdfit::progress::{Progress, Quiet};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, table};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use std::sync::Arc;

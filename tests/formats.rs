@@ -8,13 +8,13 @@ mod common;
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use brdfit::Error;
-use brdfit::fit::{ParameterTable, Selector, Setting};
 use brdfit::geometry::{Directions, Geometry};
 use brdfit::measurement::formats::{
     BinPosition, File, REGISTRY, ReadOptions, merl, named, read, read_directions,
 };
 use brdfit::measurement::{Channel, Filters, Measurement, Samples, Weighting};
 use brdfit::model::Expression;
+use brdfit::parameters::{ParameterTable, Selector, Setting};
 use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
 use common::{CELLS, Folder, merl_filled, merl_header, shared};
 use proptest::prelude::*;

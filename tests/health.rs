@@ -3,11 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use approx::assert_relative_eq;
-use brdfit::fit::{ParameterTable, Quiet, Selector, Setting};
 use brdfit::geometry::{Directions, Geometry, Pair, direction};
 use brdfit::health::{self, ALBEDO_SLACK, Effort, Integral, Quadrature, directional_albedo};
 use brdfit::math::{GaussLegendre, count};
 use brdfit::model::{AnyModel, Choices, Expression, ModelEntry, ParamSpec, REGISTRY, Role, Scale};
+use brdfit::parameters::{ParameterTable, Selector, Setting};
+use brdfit::progress::Quiet;
 use brdfit::synthetic::scattered_directions;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

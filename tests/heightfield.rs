@@ -7,11 +7,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout)]
 
-use brdfit::fit::{Fit, Metric, Options, Progress, Quiet, fit};
+use brdfit::fit::{Fit, Metric, Options, fit};
 use brdfit::geometry::direction;
 use brdfit::math::GaussLegendre;
 use brdfit::measurement::{Filters, Weighting};
 use brdfit::model::Expression;
+use brdfit::progress::{Progress, Quiet};
 use brdfit::synthetic::heightfield::{BATCH, Facets, Kind, Simulated, Simulation};
 use std::f64::consts::PI;
 use std::sync::Arc;

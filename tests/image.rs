@@ -10,7 +10,6 @@
 
 mod common;
 
-use brdfit::fit::{ParameterTable, Selector, Setting};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::image::{Image, Route, ToRgb, differences, exr, png};
 use brdfit::math::count;
@@ -18,6 +17,7 @@ use brdfit::measurement::formats::{ReadOptions, read};
 use brdfit::measurement::interpolant::{LeftOut, Symmetry};
 use brdfit::measurement::{Interpolant, Measurement};
 use brdfit::model::Expression;
+use brdfit::parameters::{ParameterTable, Selector, Setting};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use std::sync::Arc;
 

@@ -15,8 +15,8 @@
 
 mod common;
 
-use brdfit::fit::{LeastSquares, Limits, Linearisation, Solution, Tolerances, minimise};
 use brdfit::math::count;
+use brdfit::solver::{LeastSquares, Limits, Linearisation, Solution, Tolerances, minimise};
 use common::shared;
 use nalgebra::{DMatrix, DVector};
 use num_dual::{Dual64, DualNum};

@@ -8,11 +8,12 @@
 mod oracles;
 
 use brdfit::drawdown;
-use brdfit::fit::{Options, Selector, Setting, evaluate};
+use brdfit::fit::{Options, evaluate};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair, direction};
 use brdfit::measurement::formats::{File, ReadOptions, merl, read_file};
 use brdfit::measurement::{Channel, Measurement, Source};
 use brdfit::model::{Expression, REGISTRY};
+use brdfit::parameters::{Selector, Setting};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, schema};
 use brdfit::synthetic::csv;
 use proptest::prelude::*;

@@ -5,10 +5,12 @@
 //! of known size inside four standard errors. What is not identifiable, and why: docs/identifiability.md.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-use brdfit::fit::{Fit, Metric, Options, ParameterTable, Progress, Quiet, Selector, Setting, Settings, fit};
+use brdfit::fit::{Fit, Metric, Options, fit};
 use brdfit::geometry::{Directions, HalfDifferenceGrid};
 use brdfit::measurement::{Filters, Weighting};
 use brdfit::model::{Expression, ParamSpec, REGISTRY};
+use brdfit::parameters::{ParameterTable, Selector, Setting, Settings};
+use brdfit::progress::{Progress, Quiet};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

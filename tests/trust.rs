@@ -5,10 +5,13 @@
 
 mod common;
 
-use brdfit::fit::{Fit, Metric, Options, ParameterTable, Progress, Quiet, StopSignal, Uncertainty, fit};
+use brdfit::fit::{Fit, Metric, Options, Uncertainty, fit};
 use brdfit::geometry::{Directions, Pair, direction};
 use brdfit::model::Expression;
+use brdfit::parameters::ParameterTable;
+use brdfit::progress::{Progress, Quiet};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times};
+use brdfit::solver::StopSignal;
 use brdfit::synthetic::{Noise, measurement};
 use common::{Folder, Run, parse};
 use rand::{RngExt, SeedableRng};

@@ -3,9 +3,10 @@
 use super::inputs::{self, ONE_LOBE, load};
 use super::timing::{as_f64, median, thread_counts, with_threads};
 use super::{Setup, markdown};
-use brdfit::fit::{Options, Progress, fit};
+use brdfit::fit::{Options, fit};
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
+use brdfit::progress::Progress;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 

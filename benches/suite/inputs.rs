@@ -1,10 +1,10 @@
 //! Files to fit: given ones, or such as are made here.
 
-use brdfit::fit::ParameterTable;
 use brdfit::geometry::{Directions, HalfDifferenceGrid};
 use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::{ReadOptions, merl, read};
 use brdfit::model::Expression;
+use brdfit::parameters::ParameterTable;
 use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

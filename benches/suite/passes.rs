@@ -3,9 +3,10 @@
 use super::inputs::{self, ONE_LOBE, load, parameters};
 use super::timing::{as_f64, thread_counts, with_threads};
 use super::{Setup, markdown};
-use brdfit::fit::{LeastSquares, Metric, ReflectanceProblem, score};
+use brdfit::fit::{Metric, ReflectanceProblem, score};
 use brdfit::measurement::{Filters, Samples};
 use brdfit::model::Expression;
+use brdfit::solver::LeastSquares;
 use nalgebra::DVector;
 
 pub fn table(setup: &Setup) -> String {

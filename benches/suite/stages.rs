@@ -8,10 +8,11 @@
 use super::inputs::{self, ONE_LOBE, load, parameters};
 use super::timing::{as_f64, with_threads};
 use super::{Setup, markdown};
-use brdfit::fit::{LeastSquares, Metric, ReflectanceProblem};
+use brdfit::fit::{Metric, ReflectanceProblem};
 use brdfit::geometry::{BLOCK, Block, Row};
 use brdfit::measurement::{Filters, Measurement, Samples};
 use brdfit::model::{BasisBlock, Derivatives, Expression};
+use brdfit::solver::LeastSquares;
 use nalgebra::DVector;
 use pulp::{Arch, Simd, WithSimd};
 use sha2::{Digest, Sha256};

@@ -3,13 +3,12 @@
 use super::input::ReadArguments;
 use super::output::json;
 use super::progress::Bar;
-use super::settings::{ranges, values};
 use super::synth::channels;
 use super::{Outcome, remark, say};
 use brdfit::Error;
-use brdfit::fit::{ParameterTable, Setting};
 use brdfit::health::{Effort, Finding, measurement, measurement_table, model, model_table};
 use brdfit::model::Expression;
+use brdfit::parameters::{ParameterTable, Setting, ranges, values};
 use brdfit::report::{Recorded, is_report, read};
 use clap::Args;
 use std::fs::File;

@@ -3,11 +3,11 @@
 use super::fit::ReportArguments;
 use super::input::{ReadArguments, SampleArguments};
 use super::output::{Output, json};
-use super::settings::{ranges, values};
 use super::{Outcome, say, show};
 use brdfit::Error;
-use brdfit::fit::{Options, Setting, evaluate};
+use brdfit::fit::{Options, evaluate};
 use brdfit::model::Expression;
+use brdfit::parameters::{Setting, ranges, values};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times};
 use clap::Args;
 use std::path::PathBuf;

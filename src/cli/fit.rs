@@ -9,9 +9,11 @@ use super::settings::SettingArguments;
 use super::trust::TrustArguments;
 use super::{Outcome, complain, say, show};
 use brdfit::Error;
-use brdfit::fit::{Options, Progress, Termination};
+use brdfit::fit::Options;
 use brdfit::model::Expression;
+use brdfit::progress::Progress;
 use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
+use brdfit::solver::Termination;
 use clap::Args;
 use rayon::ThreadPool;
 use std::collections::HashSet;
@@ -162,7 +164,7 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
     arguments.trust.apply(arguments.loss.apply(Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
-        settings: arguments.settings.settings()?,
+        settings: arguments.settings.texts().settings()?,
         seed: arguments.samples.seed(),
         stop: Some(Arc::new(AtomicBool::new(false))),
         deadline,
@@ -276,7 +278,7 @@ impl Run<'_> {
                             seed: options.seed,
                             merl_bins: arguments.read.merl_bins(),
                             timeout_s: arguments.timeout,
-                            parameters: arguments.settings.as_given(),
+                            parameters: arguments.settings.texts().as_given(),
                             ..OptionRecord::default()
                         },
                     ),

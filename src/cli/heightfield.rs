@@ -2,7 +2,7 @@
 
 use super::progress::Bar;
 use brdfit::Error;
-use brdfit::fit::Progress as _;
+use brdfit::progress::Progress as _;
 use brdfit::synthetic::csv;
 use brdfit::synthetic::heightfield::{BATCH, Facets, Kind, Simulation};
 use clap::{Args, ValueEnum};

@@ -1,6 +1,6 @@
 //! Progress on standard error, where that is a terminal.
 
-use brdfit::fit::Progress;
+use brdfit::progress::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal as _;

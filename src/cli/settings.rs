@@ -1,9 +1,6 @@
 //! Options about parameters: `P=V`, `P=LO..HI`, `P=Q`, `P`.
 
-use brdfit::Error;
-use brdfit::error::excerpt;
-use brdfit::fit::{Selector, Setting, Settings};
-use brdfit::model::parts::fresnel::{Known, NAMES, f0_of_eta, known_f0};
+use brdfit::parameters::SettingTexts;
 use clap::Args;
 
 /// What the user wants of parameters.
@@ -33,127 +30,16 @@ pub struct SettingArguments {
 }
 
 impl SettingArguments {
-    /// The settings, kind by kind.
-    pub fn settings(&self) -> Result<Settings, Error> {
-        let mut settings = Vec::new();
-        for text in &self.per_channel {
-            settings.push((Selector::parse(text)?, Setting::PerChannel));
-        }
-        for text in &self.shared {
-            settings.push((Selector::parse(text)?, Setting::Shared));
-        }
-        // Freeing comes before fixing, so that one channel of a freed parameter can be held.
-        for text in &self.free {
-            settings.push((Selector::parse(text)?, Setting::Free));
-        }
-        settings.extend(ranges(&self.bounds)?);
-        settings.extend(values("--init", &self.init, Setting::Init)?);
-        settings.extend(values("--fix", &self.fix, Setting::Fix)?);
-        for text in &self.tie {
-            let (name, other) = split("--tie", text, "P=Q")?;
-            settings.push((Selector::parse(name)?, Setting::Tie(Selector::parse(other)?)));
-        }
-        Ok(settings)
-    }
-
-    /// The options as given, for the report.
-    pub fn as_given(&self) -> Vec<String> {
-        let kinds = [
-            ("--fix", &self.fix),
-            ("--init", &self.init),
-            ("--bounds", &self.bounds),
-            ("--free", &self.free),
-            ("--tie", &self.tie),
-            ("--per-channel", &self.per_channel),
-            ("--shared", &self.shared),
-        ];
-        kinds
-            .iter()
-            .flat_map(|(kind, texts)| texts.iter().map(move |text| format!("{kind} {text}")))
-            .collect()
-    }
-}
-
-/// Settings of the form `P=LO..HI`.
-pub fn ranges(texts: &[String]) -> Result<Settings, Error> {
-    const FORM: &str = "P=LO..HI";
-    let range = |text: &String| {
-        let (name, range) = split("--bounds", text, FORM)?;
-        let (low, high) = range.split_once("..").ok_or_else(|| wrong("--bounds", text, FORM))?;
-        let bounds =
-            Setting::Bounds(number("--bounds", text, low, FORM)?, number("--bounds", text, high, FORM)?);
-        Ok((Selector::parse(name)?, bounds))
-    };
-    texts.iter().map(range).collect()
-}
-
-/// Settings of the form `P=V`.
-///
-/// For f0 the value may also be a material's name or `eta:` and an index of refraction.
-pub fn values(option: &str, texts: &[String], setting: impl Fn(f64) -> Setting) -> Result<Settings, Error> {
-    let mut settings = Vec::new();
-    for text in texts {
-        let (name, value) = split(option, text, "P=V")?;
-        let selector = Selector::parse(name)?;
-        match normal_incidence(option, text, &selector, value.trim())? {
-            None => settings.push((selector, setting(number(option, text, value, "P=V")?))),
-            Some(Known::Grey(f0)) => settings.push((selector, setting(f0))),
-            Some(Known::Rgb(f0)) => {
-                let of = |channel: &str| RGB.iter().zip(f0).find(|(c, _)| **c == channel).map(|(_, f0)| f0);
-                if let Some(channel) = selector.channel_if_any() {
-                    let f0 = of(&channel).ok_or_else(|| only_rgb(option, text))?;
-                    settings.push((selector, setting(f0)));
-                } else {
-                    for (channel, f0) in RGB.iter().zip(f0) {
-                        settings.push((selector.of_channel(channel), setting(f0)));
-                    }
-                }
-            }
+    /// The options as given.
+    pub fn texts(&self) -> SettingTexts {
+        SettingTexts {
+            fix: self.fix.clone(),
+            init: self.init.clone(),
+            bounds: self.bounds.clone(),
+            free: self.free.clone(),
+            tie: self.tie.clone(),
+            per_channel: self.per_channel.clone(),
+            shared: self.shared.clone(),
         }
     }
-    Ok(settings)
-}
-
-const RGB: [&str; 3] = ["r", "g", "b"];
-
-fn only_rgb(option: &str, text: &str) -> Error {
-    Error::Usage(format!(
-        "{option}: expected channels r, g and b for the colour of a metal, found {}",
-        excerpt(text)
-    ))
-}
-
-/// f0 where it is given by a material's name or by `eta:` and an index.
-fn normal_incidence(
-    option: &str,
-    text: &str,
-    selector: &Selector,
-    value: &str,
-) -> Result<Option<Known>, Error> {
-    let is_name = value.starts_with(|c: char| c.is_ascii_alphabetic());
-    // inf and nan are numbers, although not acceptable ones.
-    if selector.parameter() != "f0" || !is_name || value.parse::<f64>().is_ok() {
-        return Ok(None);
-    }
-    let form = || format!("f0 as a number, eta:INDEX, or one of {}", NAMES.join(", "));
-    let known = match value.strip_prefix("eta:") {
-        Some(index) => {
-            index.parse().ok().filter(|eta: &f64| *eta >= 1.0).map(|eta| Known::Grey(f0_of_eta(eta)))
-        }
-        None => known_f0(value),
-    };
-    known.map(Some).ok_or_else(|| wrong(option, text, &form()))
-}
-
-fn wrong(option: &str, text: &str, form: &str) -> Error {
-    Error::Usage(format!("{option}: expected {form}, found {}", excerpt(text)))
-}
-
-fn split<'a>(option: &str, text: &'a str, form: &str) -> Result<(&'a str, &'a str), Error> {
-    text.split_once('=').ok_or_else(|| wrong(option, text, form))
-}
-
-fn number(option: &str, text: &str, value: &str, form: &str) -> Result<f64, Error> {
-    let number = value.trim().parse().ok().filter(|v: &f64| v.is_finite());
-    number.ok_or_else(|| wrong(option, text, &format!("{form} with numbers")))
 }

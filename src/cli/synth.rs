@@ -3,14 +3,13 @@
 use super::heightfield::{HeightfieldArguments, Surface, traced_table};
 use super::input::checked_max_theta;
 use super::output::{Output, spares};
-use super::settings::values;
 use super::{Outcome, say};
 use brdfit::Error;
 use brdfit::error::excerpt;
-use brdfit::fit::{ParameterTable, Setting, Settings};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::measurement::formats::{ReadOptions, merl, read_directions};
 use brdfit::model::Expression;
+use brdfit::parameters::{ParameterTable, Setting, Settings, values};
 use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};

@@ -2,12 +2,13 @@
 
 use brdfit::Error;
 use brdfit::fit::{
-    Budget, Fit, Options, Progress, SolverKind, Uncertainty, checked_fraction, checked_target, fit,
-    fit_to_target, fit_within,
+    Budget, Fit, Options, Uncertainty, checked_fraction, checked_target, fit, fit_to_target, fit_within,
 };
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
+use brdfit::progress::Progress;
 use brdfit::report::OptionRecord;
+use brdfit::solver::SolverKind;
 use clap::{Args, ValueEnum};
 use std::sync::Arc;
 

@@ -4,9 +4,9 @@ use super::closed_form::from_two_backings;
 use super::table::{Patch, Series};
 use super::{Drawdown, Surface};
 use crate::error::Error;
-use crate::fit::{LeastSquares, Limits, Linearisation, Termination, Tolerances, minimise};
 use crate::math::{Dual, Scalar as _, count};
 use crate::model::kubelka_munk::layers::{Film, opaque, saunderson, saunderson_inverse};
+use crate::solver::{LeastSquares, Limits, Linearisation, Termination, Tolerances, minimise};
 use nalgebra::{DMatrix, DVector};
 
 /// A number and how sure it is.

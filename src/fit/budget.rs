@@ -1,69 +1,16 @@
-//! How much a fit may look at: budgets of samples and iterations, and the cheapest of them that reaches a target.
+//! Fits within budgets of samples and iterations, and the cheapest of them that reaches a target.
 
-use super::errors::score;
-use super::metric::Metric;
-use super::run::{Fit, Options, Progress, fit};
-use super::warnings::Warning;
+use super::options::{Budget, Options};
+use super::problem::metric::Metric;
+use super::run::fit;
+use super::verdict::errors::score;
+use super::verdict::result::Fit;
+use super::verdict::warning::Warning;
 use crate::error::Error;
 use crate::measurement::{Filters, Measurement, Samples};
 use crate::model::Expression;
+use crate::progress::Progress;
 use std::sync::Arc;
-
-/// How much a fit may look at. docs/tradeoff.md has what each costs and leaves in error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Budget {
-    /// 2000 samples, 60 iterations.
-    Fast,
-    /// 20 000 samples, 120 iterations.
-    Balanced,
-    /// All samples, 300 iterations.
-    Full,
-}
-
-impl Budget {
-    /// From the cheapest up.
-    pub const ALL: [Self; 3] = [Self::Fast, Self::Balanced, Self::Full];
-
-    /// Name on the command line and in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Fast => "fast",
-            Self::Balanced => "balanced",
-            Self::Full => "full",
-        }
-    }
-
-    /// Samples that the fit uses; all if none.
-    #[must_use]
-    pub fn samples(self) -> Option<usize> {
-        match self {
-            Self::Fast => Some(2000),
-            Self::Balanced => Some(20_000),
-            Self::Full => None,
-        }
-    }
-
-    /// Most iterations of the final fit.
-    #[must_use]
-    pub fn iterations(self) -> u64 {
-        match self {
-            Self::Fast => 60,
-            Self::Balanced => 120,
-            Self::Full => 300,
-        }
-    }
-
-    /// The options of a fit within this budget.
-    #[must_use]
-    pub fn apply(self, options: &Options) -> Options {
-        Options {
-            filters: Filters { samples: self.samples(), ..options.filters.clone() },
-            iterations: self.iterations(),
-            ..options.clone()
-        }
-    }
-}
 
 /// Fits within `budget` and measures the errors on all samples.
 ///

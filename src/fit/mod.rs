@@ -1,54 +1,26 @@
-//! Fitting: the least-squares problem, its solver, where it starts, and what can be trusted.
+//! Fitting: the least-squares problem, where its minimisation starts, and what can be trusted.
 
-mod absent;
-mod arrow;
-mod block_matrix;
-mod bootstrap;
-mod bounded_step;
 mod budget;
-mod coarse;
-mod coarse_to_fine;
-mod errors;
-mod formula;
-mod hold_out;
-mod judge;
-mod kernels;
-mod lanczos;
-mod least_squares;
-mod levenberg_marquardt;
-mod loss;
-mod metric;
-mod observed;
-mod parameters;
-mod pixels;
+mod image;
+mod options;
 mod problem;
-mod recombine;
 mod run;
 mod search;
-mod solvers;
-mod svd;
-mod termination;
-mod triangle;
-mod uncertainty;
-mod warnings;
+mod task;
+mod verdict;
 
-pub use bootstrap::{Resampled, Uncertainty};
-pub use budget::{Budget, checked_target, fit_to_target, fit_within};
-pub use errors::{ErrorTable, Errors, score};
-pub use hold_out::{HeldOut, checked_fraction};
-pub use judge::Selection;
-pub use least_squares::{LeastSquares, Linearisation, Rows};
-pub use levenberg_marquardt::{LevenbergMarquardt, minimise};
-pub use loss::{LossKind, Objective};
-pub use metric::Metric;
-pub use parameters::{
-    ParameterTable, ParameterValue, Product, Row, Selector, Setting, Settings, Status, channel_suffix,
-};
-pub(crate) use pixels::{Shown, Target, fit_image};
-pub use problem::ReflectanceProblem;
-pub use run::{Fit, Options, Progress, Quiet, evaluate, fit};
-pub use search::Start;
-pub use solvers::{SolverKind, minimise_with};
-pub use termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};
-pub use uncertainty::{Covariance, Method};
-pub use warnings::Warning;
+pub use budget::{checked_target, fit_to_target, fit_within};
+pub(crate) use image::fit_image;
+pub use options::{Budget, Options, Uncertainty};
+pub use problem::loss::{LossKind, Objective};
+pub use problem::metric::Metric;
+pub(crate) use problem::pixels::{Shown, Target};
+pub use problem::reflectance::ReflectanceProblem;
+pub use run::{evaluate, fit};
+pub use search::best_start::Start;
+pub use verdict::bootstrap::Resampled;
+pub use verdict::covariance::{Covariance, Method};
+pub use verdict::errors::{ErrorTable, Errors, score};
+pub use verdict::hold_out::{HeldOut, checked_fraction};
+pub use verdict::result::{Fit, Selection};
+pub use verdict::warning::Warning;

@@ -1,154 +1,26 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
-use super::absent::past_absent_lobes;
-use super::bootstrap::{self, Resampled, Uncertainty};
-use super::budget::Budget;
-use super::coarse_to_fine::Remembered;
-use super::errors::{ErrorTable, Errors};
-use super::hold_out::{self, HeldOut};
-use super::judge::Selection;
-use super::least_squares::LeastSquares;
-use super::levenberg_marquardt::minimise;
-use super::loss::{LossKind, Objective};
-use super::metric::Metric;
-use super::observed::Observed;
-use super::parameters::{ParameterTable, Settings, Status};
-use super::problem::ReflectanceProblem;
-use super::search::{Found, Start};
-use super::solvers::{SolverKind, minimise_with};
-use super::termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};
-use super::uncertainty::Covariance;
-use super::warnings::Warning;
+use super::options::{Options, Uncertainty};
+use super::search::absent_lobes::past_absent_lobes;
+use super::search::best_start::Found;
+use super::task::Task;
+use super::verdict::bootstrap;
+use super::verdict::hold_out;
+use super::verdict::result::Fit;
+use super::verdict::warning::Warning;
 use crate::error::Error;
-use crate::measurement::{Draws, Filters, Measurement, Samples, Weighting};
+use crate::measurement::{Measurement, Samples};
 use crate::model::{Expression, Role};
+use crate::parameters::{ParameterTable, Status};
+use crate::progress::Progress;
+use crate::solver::remembered::Remembered;
+use crate::solver::{LeastSquares, Limits, Observer, SolverKind, Tolerances, minimise, minimise_with};
 use nalgebra::DVector;
-use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
-
-/// What to fit and how.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// What the residuals are differences of.
-    pub metric: Metric,
-    /// How large residuals count.
-    pub loss: LossKind,
-    /// Where they begin to count less, in units of the residual; found from the data if none.
-    pub loss_scale: Option<f64>,
-    /// Which samples count.
-    pub filters: Filters,
-    /// Wishes about parameters.
-    pub settings: Settings,
-    /// Seed of the draws of samples.
-    pub seed: u64,
-    /// Fraction of the angles of incidence that is left out of the fit, to judge it by; none if none.
-    pub hold_out: Option<f64>,
-    /// Where standard errors come from.
-    pub uncertainty: Uncertainty,
-    /// What minimises in the final fit.
-    pub solver: SolverKind,
-    /// Most iterations of the final fit by Levenberg-Marquardt; other solvers make more of them.
-    pub iterations: u64,
-    /// Set to true to stop with the best so far.
-    pub stop: Option<StopSignal>,
-    /// The moment to stop at.
-    pub deadline: Option<Instant>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            metric: Metric::default(),
-            loss: LossKind::default(),
-            loss_scale: None,
-            filters: Filters::default(),
-            settings: Vec::new(),
-            seed: 0,
-            hold_out: None,
-            uncertainty: Uncertainty::default(),
-            solver: SolverKind::default(),
-            iterations: 300,
-            stop: None,
-            deadline: None,
-        }
-    }
-}
-
-/// Hears how a fit goes on.
-pub trait Progress: Send + Sync {
-    /// A new stage begins.
-    fn stage(&self, name: &str);
-    /// An iteration of the final fit is over.
-    fn iteration(&self, iteration: u64, cost: f64);
-}
-
-/// Hears nothing.
-#[derive(Clone, Copy, Debug)]
-pub struct Quiet;
-
-impl Progress for Quiet {
-    fn stage(&self, _: &str) {}
-    fn iteration(&self, _: u64, _: f64) {}
-}
-
-/// The result of a fit.
-#[derive(Clone, Debug)]
-pub struct Fit {
-    /// All parameters at their final values.
-    pub table: ParameterTable,
-    /// How the samples were weighted.
-    pub weighting: Weighting,
-    /// Samples used.
-    pub used: usize,
-    /// Samples left out, by reason.
-    pub dropped: BTreeMap<&'static str, usize>,
-    /// Every error.
-    pub errors: ErrorTable,
-    /// The budget that it was made within, where there was one.
-    pub budget: Option<Budget>,
-    /// Every error on all samples that pass the filters, where there was a budget.
-    pub errors_on_all: Option<Errors>,
-    /// Covariance of the free parameters.
-    pub covariance: Option<Covariance>,
-    /// The fits repeated on resampled angles of incidence, where the covariance is theirs.
-    pub resampled: Option<Resampled>,
-    /// The sum of squares that was minimised.
-    pub cost: f64,
-    /// Number of residuals.
-    pub n: usize,
-    /// Number of residuals less that of free parameters.
-    pub dof: i64,
-    /// chi^2/dof where the standard deviations were given.
-    pub reduced_chi2: Option<f64>,
-    /// Model selection.
-    pub selection: Selection,
-    /// The scale of the loss; none without one.
-    pub loss_scale: Option<f64>,
-    /// Errors on the samples held out, where some were.
-    pub held_out: Option<HeldOut>,
-    /// The starts tried.
-    pub starts: Vec<Start>,
-    /// Why it stopped.
-    pub termination: Termination,
-    /// Why the result is not usable; none if it is.
-    pub unusable: Option<String>,
-    /// Iterations of the final fit.
-    pub iterations: u64,
-    /// Evaluations of the final fit.
-    pub evaluations: u64,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
 
 /// The end of a fit. A promised decrease of 1e-12 of the cost moves the parameters by about
 /// 1e-6 sqrt(n) standard errors.
 const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11, refinements: 2 };
-
-/// Samples of which each start is polished.
-pub(super) const POLISH_SAMPLES: usize = 6000;
-/// An amplitude whose whole effect is below this share of the data is nothing but rounding.
-const NEGLIGIBLE_EFFECT: f64 = 1e-9;
 
 /// Fits `expression` to `measurement`.
 ///
@@ -265,76 +137,4 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
         });
     }
     Ok(fit)
-}
-
-/// A fit in progress.
-pub(super) struct Task<'a> {
-    pub(super) expression: &'a Expression,
-    pub(super) samples: &'a Samples,
-    /// Of those samples.
-    pub(super) draws: Draws<'a>,
-    pub(super) options: &'a Options,
-}
-
-impl<'a> Task<'a> {
-    fn new(expression: &'a Expression, samples: &'a Samples, options: &'a Options) -> Self {
-        Self { expression, samples, draws: Draws::new(samples), options }
-    }
-
-    pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
-        Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
-    }
-
-    /// Samples prepared for the metric of the fit.
-    pub(super) fn observe<'s>(&self, samples: &'s Samples) -> Arc<Observed<'s>> {
-        Arc::new(Observed::new(samples, self.options.metric))
-    }
-
-    pub(super) fn problem<'s>(
-        &'s self,
-        samples: &Arc<Observed<'s>>,
-        table: ParameterTable,
-        objective: Objective,
-    ) -> ReflectanceProblem<'s> {
-        ReflectanceProblem::of(self.expression, Arc::clone(samples), table, objective)
-    }
-
-    pub(super) fn polish(
-        &self,
-        samples: &Arc<Observed<'_>>,
-        table: ParameterTable,
-        objective: Objective,
-        iterations: u64,
-    ) -> Result<Solution, Error> {
-        let problem = self.problem(samples, table, objective);
-        let start = DVector::from_vec(problem.table().coordinates());
-        let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
-        past_absent_lobes(&problem, problem.table(), start, |start| {
-            minimise(&problem, start, tolerances, self.limits(iterations, None))
-        })
-    }
-
-    /// Sets amplitudes without any effect to their bound; returns whether there were any.
-    fn drop_negligible(&self, table: &mut ParameterTable) -> bool {
-        let samples = self.draws.part(POLISH_SAMPLES, self.options.seed);
-        let problem = ReflectanceProblem::new(self.expression, &samples, table.clone(), Metric::L2);
-        let x = DVector::from_vec(table.coordinates());
-        let lengths = problem.linearise(&x).column_lengths(x.len());
-        let data = problem.plausible_magnitude();
-        let free = table.free().to_vec();
-        let mut any = false;
-        for (column, index) in free.into_iter().enumerate() {
-            let Some(row) = table.rows().get(index) else { continue };
-            let effect = row.value.abs() * lengths.get(column).copied().unwrap_or(0.0);
-            if row.spec.role == Role::Amplitude
-                && row.bounds.0 == 0.0
-                && row.value > 0.0
-                && effect < NEGLIGIBLE_EFFECT * data
-            {
-                table.set_value(index, 0.0);
-                any = true;
-            }
-        }
-        any
-    }
 }

@@ -14,10 +14,11 @@ pub use physics::{Albedo, Extreme, INCIDENCES_DEG, Reciprocity};
 pub use quadrature::{Integral, Quadrature, directional_albedo};
 pub use text::{measurement_table, model_table};
 
-use crate::fit::{ParameterTable, ParameterValue, Progress};
 use crate::geometry::Pair;
 use crate::geometry::spherical_degrees;
 use crate::model::Expression;
+use crate::parameters::{ParameterTable, ParameterValue};
+use crate::progress::Progress;
 use serde::Serialize;
 
 /// Name of the schema of both forms.

@@ -9,9 +9,10 @@ mod text;
 pub use read::{Recorded, is_report, read};
 pub use text::{table, warnings};
 
-use crate::fit::{Errors, Fit, HeldOut, Metric, ParameterTable, Product, Resampled, Row, Status};
+use crate::fit::{Errors, Fit, HeldOut, Metric, Resampled};
 use crate::measurement::Measurement;
 use crate::model::Expression;
+use crate::parameters::{ParameterTable, Product, Row, Status};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 use std::borrow::Cow;

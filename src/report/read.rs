@@ -2,8 +2,8 @@
 
 use super::{SCHEMA, SCHEMA_SEVERAL};
 use crate::error::{Error, Place, excerpt, short};
-use crate::fit::{ParameterTable, Selector, Setting, Settings, channel_suffix};
 use crate::model::{Expression, Sharing};
+use crate::parameters::{ParameterTable, Selector, Setting, Settings, channel_suffix};
 use serde::Deserialize;
 use std::path::Path;
 

@@ -70,7 +70,7 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
 fn full_name(base: &str, channel: Option<&str>) -> String {
     match channel {
         None => base.to_owned(),
-        Some(channel) => format!("{base}{}", crate::fit::channel_suffix(channel)),
+        Some(channel) => format!("{base}{}", crate::parameters::channel_suffix(channel)),
     }
 }
 

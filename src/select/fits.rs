@@ -3,8 +3,10 @@
 use super::studio::Studio;
 use super::target::Target;
 use crate::error::Error;
-use crate::fit::{Metric, Options, ParameterTable, Progress, Quiet, Shown, fit, fit_image};
+use crate::fit::{Metric, Options, Shown, fit, fit_image};
 use crate::measurement::{Filters, Measurement, Weighting};
+use crate::parameters::ParameterTable;
+use crate::progress::{Progress, Quiet};
 use crate::tradeoff::Candidate;
 use std::borrow::Cow;
 use std::sync::Arc;

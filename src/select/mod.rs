@@ -15,11 +15,13 @@ pub use seen::SeenMap;
 pub use text::table;
 
 use crate::error::Error;
-use crate::fit::{Options, ParameterValue, Progress};
+use crate::fit::Options;
 use crate::image::{Differences, Image, Route, ToRgb};
 use crate::measurement::interpolant::{Interpolant, LeaveOut, LeftOut};
 use crate::measurement::{Measurement, Weighting};
 use crate::model::Expression;
+use crate::parameters::ParameterValue;
+use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::tradeoff::Candidate;
 use fits::Fits;

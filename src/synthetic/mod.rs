@@ -4,11 +4,11 @@
 pub mod heightfield;
 
 use crate::error::{Error, excerpt};
-use crate::fit::ParameterTable;
 use crate::geometry::{Directions, Geometry, Pair, direction, spherical_degrees};
 use crate::measurement::csv_table::{ANGLES, Columns, records};
 use crate::measurement::{Channel, Measurement};
 use crate::model::Expression;
+use crate::parameters::ParameterTable;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;

@@ -15,12 +15,12 @@ pub use plot::svg;
 pub use text::{csv, table};
 
 use crate::error::Error;
-use crate::fit::{
-    ErrorTable, Errors, Fit, Metric, Options, Progress, Quiet, Selector, Setting, Status, fit, score,
-};
+use crate::fit::{ErrorTable, Errors, Fit, Metric, Options, fit, score};
 use crate::geometry::{Directions, Pair};
 use crate::measurement::{Draws, Filters, Measurement, Samples};
 use crate::model::Expression;
+use crate::parameters::{Selector, Setting, Status};
+use crate::progress::{Progress, Quiet};
 use crate::report::{ErrorRecord, Failure};
 use glam::DVec3;
 use serde::Serialize;

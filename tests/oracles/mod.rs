@@ -8,20 +8,15 @@
 
 use brdfit::Error;
 use brdfit::drawdown::{self, Drawdown, Record, Surface};
-use brdfit::fit::{Options, ParameterTable, evaluate};
+use brdfit::fit::{Options, evaluate};
 use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::{BinPosition, File, ReadOptions, directions_of, read_file};
 use brdfit::model::Expression;
+use brdfit::parameters::{ParameterTable, SettingTexts};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, table, warnings};
 use brdfit::synthetic::csv as write_csv;
-use clap::Parser;
 use serde_json::Value;
 use std::path::Path;
-
-// The command line's own reading of `--fix P=V` and the like: it is not in the library.
-#[path = "../../src/cli/settings.rs"]
-#[allow(dead_code, unreachable_pub)]
-mod settings;
 
 /// A target: its name, which is that of its corpus, and what it does with a case.
 pub type Target = (&'static str, fn(&[u8]));
@@ -259,14 +254,28 @@ pub fn expression(bytes: &[u8]) {
     }
 }
 
-#[derive(Parser)]
-#[command(allow_negative_numbers = true)]
-struct Arguments {
-    #[command(flatten)]
-    settings: settings::SettingArguments,
+/// What options and the values after them, such as `--fix` and `m=0.2`, say of parameters; `None` if one is no option, or
+/// lacks its value.
+fn setting_texts(words: &[String]) -> Option<SettingTexts> {
+    let mut texts = SettingTexts::default();
+    for pair in words.chunks(2) {
+        let [option, value] = pair else { return None };
+        let of_kind = match option.as_str() {
+            "--fix" => &mut texts.fix,
+            "--init" => &mut texts.init,
+            "--bounds" => &mut texts.bounds,
+            "--free" => &mut texts.free,
+            "--tie" => &mut texts.tie,
+            "--per-channel" => &mut texts.per_channel,
+            "--shared" => &mut texts.shared,
+            _ => return None,
+        };
+        of_kind.push(value.clone());
+    }
+    Some(texts)
 }
 
-/// Wishes about parameters. The first line is the model, the second the channels; each further line is an option
+/// Constraints on parameters. The first line is the model, the second the channels; each further line is an option
 /// and its value: `--fix m=0.2`.
 pub fn settings(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
@@ -279,15 +288,11 @@ pub fn settings(bytes: &[u8]) {
     if channels.is_empty() || channels.len() > 8 || expression.lobes().len() > 8 || unreadable {
         return;
     }
-    let words = lines.flat_map(|line| line.splitn(2, ' ')).map(str::to_owned);
-    let Ok(arguments) = Arguments::try_parse_from(std::iter::once("fuzz".to_owned()).chain(words)) else {
-        return;
-    };
-    arguments.settings.as_given();
-    let built = arguments
-        .settings
-        .settings()
-        .and_then(|settings| ParameterTable::new(&expression, &channels, false, &settings));
+    let words: Vec<String> = lines.flat_map(|line| line.splitn(2, ' ')).map(str::to_owned).collect();
+    let Some(texts) = setting_texts(&words) else { return };
+    assert_eq!(texts.as_given().len(), words.len() / 2);
+    let built =
+        texts.settings().and_then(|settings| ParameterTable::new(&expression, &channels, false, &settings));
     match built {
         Ok(table) => {
             for row in table.rows() {

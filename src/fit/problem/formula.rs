@@ -1,0 +1,203 @@
+//! An expression at one set of parameters, and its derivatives with respect to what a fit moves.
+//!
+//! Per block of directions every lobe yields its basis functions and their derivatives with respect to its shapes; f of a channel
+//! and each df/d coordinate are sums of those rows, each times a factor that this module finds once per set of parameters.
+
+use crate::geometry::Block;
+use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, Role};
+use crate::parameters::ParameterTable;
+use std::sync::{Mutex, PoisonError};
+
+/// One summand of a reflectance or of a derivative: a factor times a row of a lobe's basis.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::fit) struct Term {
+    pub(super) lobe: usize,
+    /// The shape that the basis is differentiated by; none for its value.
+    pub(super) shape: Option<usize>,
+    /// Which basis function.
+    pub(super) function: usize,
+    pub(super) factor: f64,
+}
+
+/// Which free parameters a channel depends on, and how.
+#[derive(Default)]
+pub(super) struct Layout {
+    slots: Vec<Slot>,
+    columns: Vec<usize>,
+}
+
+/// One way in which a free parameter acts on a channel.
+#[derive(Clone, Copy)]
+struct Slot {
+    lobe: usize,
+    role: Role,
+    /// Which of the lobe's shapes or amplitudes.
+    index: usize,
+    /// Local column.
+    column: usize,
+    /// Row of the parameter.
+    row: usize,
+}
+
+impl Layout {
+    pub(super) fn new(table: &ParameterTable, channel: usize) -> Self {
+        let mut layout = Self::default();
+        for lobe in 0..table.lobes().len() {
+            let mut counts = [0; 2];
+            for parameter in 0.. {
+                let Some(index) = table.place(lobe, parameter, channel) else { break };
+                let Some(row) = table.rows().get(index) else { break };
+                let role = row.spec.role;
+                let [shapes, amplitudes] = &mut counts;
+                let counter = if role == Role::Shape { shapes } else { amplitudes };
+                let position = *counter;
+                *counter += 1;
+                let source = table.source(index);
+                let Ok(free) = table.free().binary_search(&source) else { continue };
+                let column = layout.columns.iter().position(|c| *c == free).unwrap_or_else(|| {
+                    layout.columns.push(free);
+                    layout.columns.len() - 1
+                });
+                layout.slots.push(Slot { lobe, role, index: position, column, row: source });
+            }
+        }
+        layout
+    }
+
+    /// The free parameter of each local column.
+    pub(super) fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+}
+
+/// The sums over rows that make a channel's reflectance and its derivatives.
+pub(super) struct Sums {
+    reflectance: Vec<Term>,
+    columns: Vec<Vec<Term>>,
+}
+
+impl Sums {
+    fn new(layout: &Layout, table: &ParameterTable, coefficients: &[Coefficients]) -> Self {
+        let mut columns = vec![Vec::new(); layout.columns.len()];
+        for slot in &layout.slots {
+            let (Some(column), Some(of_lobe)) = (columns.get_mut(slot.column), coefficients.get(slot.lobe))
+            else {
+                continue;
+            };
+            // d formula value/d coordinate
+            let stretch = table.rows().get(slot.row);
+            let stretch = stretch.map_or(0.0, |row| row.stretch() * row.spec.unit.factor(row.channel));
+            // df/dshape = sum_k a_k dB_k/dshape; df/damplitude = sum_k da_k/damplitude B_k
+            let (shape, factors) = match slot.role {
+                Role::Shape => (Some(slot.index), Some(&of_lobe.values)),
+                Role::Amplitude => (None, of_lobe.partials.get(slot.index)),
+            };
+            let factors = factors.map_or(&[][..], Vec::as_slice).iter().enumerate();
+            let terms = factors.filter(|(_, factor)| **factor != 0.0);
+            let lobe = slot.lobe;
+            column.extend(terms.map(|(function, factor)| Term {
+                lobe,
+                shape,
+                function,
+                factor: factor * stretch,
+            }));
+        }
+        Self { reflectance: reflectance(coefficients), columns }
+    }
+
+    pub(super) fn reflectance(&self) -> &[Term] {
+        &self.reflectance
+    }
+
+    /// Per local column: df/d coordinate.
+    pub(super) fn columns(&self) -> &[Vec<Term>] {
+        &self.columns
+    }
+}
+
+/// The terms that add up to a reflectance.
+pub(in crate::fit) fn reflectance(coefficients: &[Coefficients]) -> Vec<Term> {
+    let of_lobe = |(lobe, of_lobe): (usize, &Coefficients)| {
+        let term = |(function, factor): (usize, &f64)| Term { lobe, shape: None, function, factor: *factor };
+        of_lobe.values.iter().enumerate().map(term).collect::<Vec<_>>()
+    };
+    coefficients.iter().enumerate().flat_map(of_lobe).collect()
+}
+
+/// An expression at one set of parameters.
+pub(super) struct Formula<'a> {
+    expression: &'a Expression,
+    /// Per channel, per lobe: shapes and amplitudes in formula units.
+    values: Vec<Vec<(Vec<f64>, Vec<f64>)>>,
+    /// Per lobe: which of its shapes are free in any channel.
+    free_shapes: Vec<Vec<bool>>,
+    /// Per lobe, prepared for the shapes of all channels.
+    bases: Vec<BasisBlock>,
+    /// Per channel.
+    sums: Vec<Sums>,
+}
+
+impl<'a> Formula<'a> {
+    /// `layouts` has one of each channel; `prepared`, per lobe, what was prepared for the set of parameters before, whose shapes are
+    /// often this one's.
+    pub(super) fn new(
+        expression: &'a Expression,
+        table: &ParameterTable,
+        layouts: &[Layout],
+        prepared: &Mutex<Vec<BasisBlock>>,
+    ) -> Self {
+        let lobes = expression.lobes();
+        let values: Vec<_> = (0..layouts.len()).map(|channel| table.formula_values(channel)).collect();
+        let shapes_of = |lobe: usize| {
+            values.first().and_then(|lobes| lobes.get(lobe)).map_or(0, |(shapes, _)| shapes.len())
+        };
+        let mut free_shapes: Vec<Vec<bool>> =
+            (0..lobes.len()).map(|lobe| vec![false; shapes_of(lobe)]).collect();
+        for slot in layouts.iter().flat_map(|layout| &layout.slots) {
+            if slot.role == Role::Shape {
+                let mark = free_shapes.get_mut(slot.lobe).and_then(|marks| marks.get_mut(slot.index));
+                mark.into_iter().for_each(|mark| *mark = true);
+            }
+        }
+        let bases = {
+            let mut bases = prepared.lock().unwrap_or_else(PoisonError::into_inner);
+            expression.prepare(&values, |lobe| derivatives(&free_shapes, lobe), &mut bases);
+            bases.clone()
+        };
+        let sums = layouts.iter().zip(&values).map(|(layout, values)| {
+            let amplitudes = values.iter().zip(lobes);
+            let coefficients: Vec<Coefficients> =
+                amplitudes.map(|((_, a), lobe)| lobe.model.coefficients(a)).collect();
+            Sums::new(layout, table, &coefficients)
+        });
+        let sums = sums.collect();
+        Self { expression, values, free_shapes, bases, sums }
+    }
+
+    /// Room for one thread to evaluate in, prepared.
+    pub(super) fn bases(&self) -> Vec<BasisBlock> {
+        self.bases.clone()
+    }
+
+    /// Per channel.
+    pub(super) fn sums(&self) -> &[Sums] {
+        &self.sums
+    }
+
+    /// Evaluates the basis of every lobe for a channel; what has the same shapes as in the channel before stays.
+    pub(super) fn evaluate(&self, channel: usize, block: &Block, bases: &mut [BasisBlock]) {
+        let Some(values) = self.values.get(channel) else { return };
+        let lobes = self.expression.lobes().iter().zip(values).zip(bases);
+        for (index, ((lobe, (shapes, _)), basis)) in lobes.enumerate() {
+            lobe.model.evaluate(block, shapes, derivatives(&self.free_shapes, index), basis);
+        }
+    }
+}
+
+/// The derivatives that a fit wants of a lobe.
+fn derivatives(free_shapes: &[Vec<bool>], lobe: usize) -> Derivatives<'_> {
+    match free_shapes.get(lobe) {
+        Some(marks) if marks.contains(&true) => Derivatives::Of(marks),
+        _ => Derivatives::None,
+    }
+}

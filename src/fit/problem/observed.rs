@@ -1,0 +1,242 @@
+//! Samples as the residuals need them: transformed, weighted, in rows.
+
+use super::kernels::ObservedBlock;
+use super::loss::weighted_quantile;
+use super::metric::{Metric, Transform};
+use crate::geometry::{BLOCK, Block, Row};
+use crate::math::count;
+use crate::measurement::Samples;
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// The share of the measured values that is taken seriously where some may be outliers: these are fewer.
+pub(in crate::fit) const BULK_OF_DATA: f64 = 0.95;
+
+/// Samples prepared for a metric. Fits of the same samples share them.
+pub(in crate::fit) struct Observed<'a> {
+    samples: &'a Samples,
+    /// Per channel; none for those that do not count.
+    targets: Vec<Option<Target>>,
+    /// Root of weight times normalisation, per block; zero beyond the last sample.
+    roots: Vec<Row>,
+    /// The geometry of each block, where there are few.
+    blocks: Vec<Block>,
+    /// Sum of the weighted squares of g(x*).
+    magnitude2: f64,
+}
+
+/// What the model is compared with in one channel.
+struct Target {
+    transform: Transform,
+    /// g(x*), per block.
+    measured: Vec<Row>,
+    /// 1/(sigma ci g'(x*)), per block, where weights are by sigma.
+    precision: Option<Vec<Row>>,
+}
+
+/// The geometry of so few samples is kept: it takes 80 bytes for each.
+const KEPT_SAMPLES: usize = 20_000;
+
+impl<'a> Observed<'a> {
+    /// All channels.
+    pub(in crate::fit) fn new(samples: &'a Samples, metric: Metric) -> Self {
+        Self::with_channels(samples, metric, |_| true)
+    }
+
+    /// At most so many channels, spread over all of them.
+    pub(in crate::fit) fn with_some_channels(samples: &'a Samples, metric: Metric, most: usize) -> Self {
+        let all = samples.values.len();
+        // The channels at the ends and, at equal distances, between them.
+        let chosen: Vec<usize> = if all <= most {
+            (0..all).collect()
+        } else {
+            (0..most).map(|index| index * (all - 1) / (most - 1).max(1)).collect()
+        };
+        Self::with_channels(samples, metric, |channel| chosen.contains(&channel))
+    }
+
+    fn with_channels(samples: &'a Samples, metric: Metric, counts: impl Fn(usize) -> bool) -> Self {
+        let channels = (0..samples.values.len()).filter(|channel| counts(*channel)).count();
+        let total: f64 = samples.weights.iter().sum();
+        let normalisation = match samples.sigma {
+            Some(_) => 1.0,
+            None => 1.0 / (count(channels) * total),
+        };
+        let roots: Vec<Row> = samples
+            .weights
+            .par_chunks(BLOCK)
+            .map(|weights| {
+                let mut roots = row(weights, 0.0);
+                roots.iter_mut().for_each(|root| *root = (*root * normalisation).sqrt());
+                roots
+            })
+            .collect();
+        let mut observed = Self { samples, targets: Vec::new(), roots, blocks: Vec::new(), magnitude2: 0.0 };
+        if samples.len() <= KEPT_SAMPLES {
+            let block = |index| observed.block(index, &mut Block::new()).clone();
+            observed.blocks = (0..observed.roots.len()).map(block).collect();
+        }
+        let target = |channel| counts(channel).then(|| observed.target(metric, channel));
+        observed.targets = (0..samples.values.len()).map(target).collect();
+        observed.magnitude2 =
+            observed.targets.iter().flatten().map(|target| target.magnitude2(&observed.roots)).sum();
+        observed
+    }
+
+    /// What the model is compared with in a channel.
+    fn target(&self, metric: Metric, channel: usize) -> Target {
+        let samples = self.samples;
+        let values = samples.values.get(channel).map_or(&[][..], Vec::as_slice);
+        let (mut measured, sums): (Vec<Row>, Vec<(f64, f64)>) = values
+            .par_chunks(BLOCK)
+            .zip(samples.weights.par_chunks(BLOCK))
+            .enumerate()
+            .map_init(Block::new, |space, (index, (values, weights))| {
+                let mut x = row(values, 0.0);
+                for (x, cos) in x.iter_mut().zip(self.block(index, space).cos_i()) {
+                    *x = metric.measured(*x * cos);
+                }
+                let terms = x.iter().zip(weights);
+                (
+                    x,
+                    terms.fold((0.0, 0.0), |(sum, total), (x, weight)| {
+                        (sum + x.abs() * weight, total + weight)
+                    }),
+                )
+            })
+            .unzip();
+        // Added up in order, so that the threads do not matter.
+        let (sum, total) = sums.iter().fold((0.0, 0.0), |(sum, total), (s, t)| (sum + s, total + t));
+        let transform = metric.transform(sum / total);
+        let sigma = samples.sigma.as_ref().and_then(|sigma| sigma.get(channel));
+        let precision = sigma.map(|sigma| {
+            let of_block = |space: &mut Block, (index, (x, sigma)): (usize, (&Row, &[f64]))| {
+                let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
+                transform.differences(x, &Row::filled(0.0), &mut transformed, &mut slopes);
+                let mut precision = row(sigma, 1.0);
+                let entries = precision.iter_mut().zip(&slopes).zip(self.block(index, space).cos_i());
+                entries.for_each(|((entry, slope), cos)| *entry = 1.0 / (*entry * cos * slope));
+                precision
+            };
+            measured
+                .par_iter()
+                .zip(sigma.par_chunks(BLOCK))
+                .enumerate()
+                .map_init(Block::new, of_block)
+                .collect()
+        });
+        let arch = Arch::new();
+        measured.par_iter_mut().for_each(|x| arch.dispatch(Transformed { transform, x }));
+        Target { transform, measured, precision }
+    }
+
+    /// Number of samples.
+    pub(in crate::fit) fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Number of channels, whether they count or not.
+    pub(in crate::fit) fn channels(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// Whether a channel counts.
+    pub(in crate::fit) fn counts(&self, channel: usize) -> bool {
+        self.targets.get(channel).is_some_and(Option::is_some)
+    }
+
+    /// Number of residuals.
+    pub(in crate::fit) fn residuals(&self) -> usize {
+        self.len() * self.targets.iter().flatten().count()
+    }
+
+    /// Sum of the squares of the measured values, weighted and transformed like the residuals.
+    pub(in crate::fit) fn magnitude2(&self) -> f64 {
+        self.magnitude2
+    }
+
+    /// The geometry of a block, in `space` where it is not kept.
+    pub(in crate::fit) fn block<'b>(&'b self, index: usize, space: &'b mut Block) -> &'b Block {
+        if let Some(block) = self.blocks.get(index) {
+            return block;
+        }
+        self.samples.directions.fill(range(self.samples, index), space);
+        space
+    }
+
+    /// The weights of a block's samples.
+    pub(in crate::fit) fn weights(&self, index: usize) -> &[f64] {
+        self.samples.weights.get(range(self.samples, index)).unwrap_or_default()
+    }
+
+    pub(super) fn channel_block(&self, channel: usize, index: usize) -> Option<ObservedBlock<'_>> {
+        let target = self.targets.get(channel)?.as_ref()?;
+        Some(ObservedBlock {
+            transform: target.transform,
+            measured: target.measured.get(index)?,
+            roots: self.roots.get(index)?,
+            precision: match &target.precision {
+                Some(rows) => Some(rows.get(index)?),
+                None => None,
+            },
+        })
+    }
+
+    /// The magnitude below which a fraction of the measured values lie, in the units of a loss's scale;
+    /// samples count alike, whatever their weight.
+    pub(in crate::fit) fn quantile(&self, fraction: f64) -> f64 {
+        let of_target = |target: &Target| -> Vec<(f64, f64)> {
+            let mut rows = target.measured.clone();
+            if let Some(precision) = &target.precision {
+                let scaled = rows.iter_mut().flatten().zip(precision.iter().flatten());
+                scaled.for_each(|(value, precision)| *value *= precision);
+            }
+            rows.iter().flatten().take(self.len()).map(|value| (value.abs(), 1.0)).collect()
+        };
+        let mut values: Vec<(f64, f64)> = self.targets.iter().flatten().flat_map(of_target).collect();
+        weighted_quantile(&mut values, fraction)
+    }
+}
+
+impl Target {
+    fn magnitude2(&self, roots: &[Row]) -> f64 {
+        let of_block = |(index, (measured, roots)): (usize, (&Row, &Row))| {
+            let precision = self.precision.as_ref().and_then(|rows| rows.get(index));
+            let weighted = measured.iter().zip(roots).enumerate().map(|(i, (g, root))| {
+                let precision = precision.and_then(|row| row.get(i)).copied().unwrap_or(1.0);
+                (root * precision * g).powi(2)
+            });
+            weighted.sum::<f64>()
+        };
+        self.measured.iter().zip(roots).enumerate().map(of_block).sum()
+    }
+}
+
+/// Replaces measured x* by g(x*).
+struct Transformed<'a> {
+    transform: Transform,
+    x: &'a mut Row,
+}
+
+impl WithSimd for Transformed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
+        self.transform.differences(self.x, &Row::filled(0.0), &mut transformed, &mut slopes);
+        *self.x = transformed;
+    }
+}
+
+/// The samples of a block.
+fn range(samples: &Samples, index: usize) -> std::ops::Range<usize> {
+    index * BLOCK..samples.len().min((index + 1) * BLOCK)
+}
+
+/// Up to a row of values, filled up.
+pub(in crate::fit) fn row(values: &[f64], rest: f64) -> Row {
+    let mut row = Row::filled(rest);
+    row.iter_mut().zip(values).for_each(|(entry, value)| *entry = *value);
+    row
+}

@@ -1,0 +1,319 @@
+//! The least-squares problem of fitting an expression to samples, streamed block by block.
+//!
+//! Per block, every lobe yields its basis functions and their derivatives with respect to its shapes,
+//! shared by all channels; per channel a few multiplications turn them into residuals and Jacobian
+//! columns, which go straight into a triangular factor of that channel's own few parameters. The
+//! Jacobian of the whole is never stored: what reaches the solver is one small triangle per channel.
+
+use super::formula::{Formula, Layout, Sums};
+use super::kernels::{ChannelBlock, Scratch};
+use super::loss::{LossKind, Objective, robust_deviation};
+use super::observed::{BULK_OF_DATA, Observed};
+use crate::geometry::{BLOCK, Block};
+use crate::math::count;
+use crate::measurement::Samples;
+use crate::model::{BasisBlock, Expression};
+use crate::parameters::ParameterTable;
+use crate::solver::triangle::Triangle;
+use crate::solver::{LeastSquares, Linearisation};
+use nalgebra::DVector;
+use pulp::Arch;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::{Arc, Mutex};
+
+/// An expression, samples, and what is minimised between them.
+pub struct ReflectanceProblem<'a> {
+    expression: &'a Expression,
+    observed: Arc<Observed<'a>>,
+    table: ParameterTable,
+    objective: Objective,
+    /// Per channel.
+    layouts: Vec<Layout>,
+    /// Per lobe, with what was prepared for the pass before: its shapes are often this one's.
+    bases: Mutex<Vec<BasisBlock>>,
+}
+
+/// What a pass over the samples gathers.
+#[derive(Clone, Copy)]
+enum Pass<'r> {
+    /// J^T J and J^T r.
+    Model,
+    /// sum e^2 J J^T, the middle of the sandwich.
+    Scatter {
+        /// Per channel, R with |R J_s|^2 the leverage of sample s.
+        roots: &'r [Triangle],
+        /// Root mean square of the residuals.
+        typical: f64,
+    },
+}
+
+/// The result of a stretch of samples, per channel.
+struct Gathered {
+    triangles: Vec<Triangle>,
+    costs: Vec<f64>,
+    /// Over all channels.
+    cost: f64,
+}
+
+/// Values are not taken to be more than so many times what the bulk of them stays below.
+const ABSURD: f64 = 1e6;
+/// The most stretches that a pass is divided into, and the fewest blocks in each. Fixed, so that sums do not
+/// depend on the threads.
+const STRETCHES: usize = 64;
+const BLOCKS_PER_STRETCH: usize = 2;
+
+impl<'a> ReflectanceProblem<'a> {
+    /// The problem of fitting the free parameters of `table`. A metric alone stands for its squares.
+    #[must_use]
+    pub fn new(
+        expression: &'a Expression,
+        samples: &'a Samples,
+        table: ParameterTable,
+        objective: impl Into<Objective>,
+    ) -> Self {
+        let objective = objective.into();
+        let observed = Arc::new(Observed::new(samples, objective.metric));
+        Self::of(expression, observed, table, objective)
+    }
+
+    /// The same for samples that have been prepared in the metric of `objective`.
+    pub(in crate::fit) fn of(
+        expression: &'a Expression,
+        observed: Arc<Observed<'a>>,
+        table: ParameterTable,
+        objective: Objective,
+    ) -> Self {
+        let layout =
+            |channel| if observed.counts(channel) { Layout::new(&table, channel) } else { Layout::default() };
+        let layouts = (0..observed.channels()).map(layout).collect();
+        Self { expression, observed, table, objective, layouts, bases: Mutex::default() }
+    }
+
+    /// The parameters, at the values last set.
+    #[must_use]
+    pub fn table(&self) -> &ParameterTable {
+        &self.table
+    }
+
+    pub(in crate::fit) fn objective(&self) -> Objective {
+        self.objective
+    }
+
+    /// Root of the sum of squares of the measured values, weighted and transformed like the residuals.
+    #[must_use]
+    pub fn magnitude(&self) -> f64 {
+        self.observed.magnitude2().sqrt()
+    }
+
+    /// The same without values out of all proportion: one of them does not make everything else negligible.
+    pub(in crate::fit) fn plausible_magnitude(&self) -> f64 {
+        let bulk = self.observed.quantile(BULK_OF_DATA);
+        self.magnitude().min(ABSURD * count(self.residuals()).sqrt() * bulk)
+    }
+
+    /// Number of residuals.
+    #[must_use]
+    pub fn residuals(&self) -> usize {
+        self.observed.residuals()
+    }
+
+    /// Rows whose products make up sum J_s J_s^T e_s^2 at `x`, the middle of the sandwich covariance, in the
+    /// blocks of the linear model; e_s is the residual that its sample would have in a fit without it. `root`
+    /// yields, for the parameters of a channel, a row each of a matrix whose product with its transpose is their
+    /// part of (J^T J)^-1; `typical` is the root mean square of the residuals.
+    #[must_use]
+    pub fn scatter(
+        &self,
+        x: &DVector<f64>,
+        root: impl Fn(&[usize]) -> Vec<Vec<f64>>,
+        typical: f64,
+    ) -> Linearisation {
+        let of_channel = |layout: &Layout| {
+            let mut triangle = Triangle::new(layout.columns().len());
+            triangle.append(&mut root(layout.columns()));
+            triangle
+        };
+        let roots: Vec<Triangle> = self.layouts.iter().map(of_channel).collect();
+        self.pass(x, Pass::Scatter { roots: &roots, typical })
+    }
+
+    /// The robust standard deviation of the residuals at `x`, in the units of a loss's scale.
+    #[must_use]
+    pub fn residual_deviation(&self, x: &DVector<f64>) -> f64 {
+        let mut table = self.table.clone();
+        table.set_coordinates(x.as_slice());
+        let context = Context::new(self, &table, Pass::Model);
+        let residuals: Vec<Vec<(f64, f64)>> = stretches(self.observed.len())
+            .into_par_iter()
+            .map_init(|| context.workspace(), |work, blocks| context.plain_residuals(blocks, work))
+            .collect();
+        robust_deviation(&mut residuals.concat())
+    }
+
+    /// The cost of each channel at `x`.
+    pub(in crate::fit) fn channel_costs(&self, x: &DVector<f64>) -> Vec<f64> {
+        self.gather(x, Pass::Model).map(|total| total.costs).unwrap_or_default()
+    }
+
+    fn pass(&self, x: &DVector<f64>, kind: Pass<'_>) -> Linearisation {
+        self.gather(x, kind)
+            .map_or_else(|| Linearisation { cost: 0.0, blocks: Vec::new() }, |total| self.assemble(&total))
+    }
+
+    /// What all samples give at `x`; none without samples.
+    fn gather(&self, x: &DVector<f64>, kind: Pass<'_>) -> Option<Gathered> {
+        let mut table = self.table.clone();
+        table.set_coordinates(x.as_slice());
+        let table = table.off_zero();
+        let context = Context::new(self, &table, kind);
+        let gathered: Vec<Gathered> = stretches(self.observed.len())
+            .into_par_iter()
+            .map_init(|| context.workspace(), |work, blocks| context.gather(blocks, work))
+            .collect();
+
+        let mut gathered = gathered.into_iter();
+        let mut total = gathered.next()?;
+        for part in gathered {
+            total.cost += part.cost;
+            total.costs.iter_mut().zip(&part.costs).for_each(|(total, cost)| *total += cost);
+            for (triangle, other) in total.triangles.iter_mut().zip(&part.triangles) {
+                triangle.merge(other);
+            }
+        }
+        Some(total)
+    }
+
+    /// The channels' triangles as blocks of rows.
+    fn assemble(&self, total: &Gathered) -> Linearisation {
+        let channels = self.layouts.iter().zip(&total.triangles);
+        let blocks = channels.map(|(layout, triangle)| triangle.as_rows(layout.columns()));
+        Linearisation { cost: total.cost, blocks: blocks.collect() }
+    }
+}
+
+/// The blocks of so many samples in a fixed division.
+pub(in crate::fit) fn stretches(samples: usize) -> Vec<Range<usize>> {
+    let blocks = samples.div_ceil(BLOCK);
+    let stretch = blocks.div_ceil(STRETCHES).max(BLOCKS_PER_STRETCH);
+    (0..blocks).step_by(stretch).map(|start| start..blocks.min(start + stretch)).collect()
+}
+
+/// What one pass needs at every block.
+struct Context<'p, 'a> {
+    problem: &'p ReflectanceProblem<'a>,
+    kind: Pass<'p>,
+    formula: Formula<'p>,
+    arch: Arch,
+}
+
+/// What one thread works in.
+struct Workspace {
+    block: Block,
+    /// Per lobe.
+    bases: Vec<BasisBlock>,
+    scratch: Scratch,
+}
+
+impl<'p, 'a> Context<'p, 'a> {
+    fn new(problem: &'p ReflectanceProblem<'a>, table: &ParameterTable, kind: Pass<'p>) -> Self {
+        let formula = Formula::new(problem.expression, table, &problem.layouts, &problem.bases);
+        Self { problem, kind, formula, arch: Arch::new() }
+    }
+
+    fn workspace(&self) -> Workspace {
+        Workspace { block: Block::new(), bases: self.formula.bases(), scratch: Scratch::default() }
+    }
+
+    /// Runs over the samples of `blocks`.
+    fn gather(&self, blocks: Range<usize>, work: &mut Workspace) -> Gathered {
+        let layouts = &self.problem.layouts;
+        let mut result = Gathered {
+            triangles: layouts.iter().map(|layout| Triangle::new(layout.columns().len() + 1)).collect(),
+            costs: vec![0.0; layouts.len()],
+            cost: 0.0,
+        };
+        let Workspace { block, bases, scratch } = work;
+        for index in blocks {
+            let block = self.problem.observed.block(index, block);
+            bases.iter_mut().for_each(BasisBlock::forget);
+            let of_channels = self.formula.sums().iter().zip(&mut result.triangles).zip(&mut result.costs);
+            for (channel, ((sums, triangle), channel_cost)) in of_channels.enumerate() {
+                if !self.problem.observed.counts(channel) {
+                    continue;
+                }
+                self.formula.evaluate(channel, block, bases);
+                let Some(kernel) = self.kernel(channel, index, block, bases, sums, scratch) else { continue };
+                let cost = self.arch.dispatch(kernel.compressed_into(triangle));
+                *channel_cost += cost;
+                result.cost += cost;
+            }
+        }
+        result
+    }
+
+    /// What one channel of one block is worked on with.
+    fn kernel<'k>(
+        &'k self,
+        channel: usize,
+        index: usize,
+        block: &'k Block,
+        bases: &'k [BasisBlock],
+        sums: &'k Sums,
+        scratch: &'k mut Scratch,
+    ) -> Option<ChannelBlock<'k>> {
+        Some(ChannelBlock {
+            observed: self.problem.observed.channel_block(channel, index)?,
+            cos_i: block.cos_i(),
+            objective: self.problem.objective,
+            bases,
+            reflectance: sums.reflectance(),
+            columns: sums.columns(),
+            scratch,
+            sandwich: match self.kind {
+                Pass::Model => None,
+                Pass::Scatter { roots, typical } => Some((roots.get(channel)?, typical)),
+            },
+        })
+    }
+
+    /// The residuals of all channels over the samples of `blocks`, each with its sample's weight.
+    fn plain_residuals(&self, blocks: Range<usize>, work: &mut Workspace) -> Vec<(f64, f64)> {
+        let observed = &self.problem.observed;
+        let mut residuals = Vec::with_capacity(blocks.len() * BLOCK * self.formula.sums().len());
+        let Workspace { block, bases, scratch } = work;
+        for index in blocks {
+            let block = observed.block(index, block);
+            bases.iter_mut().for_each(BasisBlock::forget);
+            for (channel, sums) in self.formula.sums().iter().enumerate() {
+                self.formula.evaluate(channel, block, bases);
+                let Some(mut kernel) = self.kernel(channel, index, block, bases, sums, scratch) else {
+                    continue;
+                };
+                let plain = self.arch.dispatch(kernel.plain());
+                residuals.extend(plain.iter().copied().zip(observed.weights(index).iter().copied()));
+            }
+        }
+        residuals
+    }
+}
+
+impl LeastSquares for ReflectanceProblem<'_> {
+    fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+        self.pass(x, Pass::Model)
+    }
+
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        self.table.coordinate_bounds()
+    }
+
+    fn cost_floor(&self) -> f64 {
+        // Residuals below 1e-15 of the data are rounding; under a loss those of the bulk of the data.
+        let data2 = if self.objective.loss == LossKind::None {
+            self.observed.magnitude2()
+        } else {
+            self.plausible_magnitude().powi(2)
+        };
+        1e-30 * data2
+    }
+}

@@ -1,0 +1,127 @@
+//! A way out of minima that are none: lobes without strength.
+//!
+//! The strength of a lobe is a product, ks f0 in the middle and ks (1 - f0) towards grazing. Where ks = 0 and
+//! f0 = 0, neither of them alone lowers the cost if only the middle of the lobe would: ks would bring the rise
+//! towards grazing alone, f0 nothing. Both derivatives say that this is a minimum, and together they would
+//! go down.
+
+use crate::error::Error;
+use crate::fit::problem::metric::Metric;
+use crate::fit::problem::reflectance::ReflectanceProblem;
+use crate::fit::task::{POLISH_SAMPLES, Task};
+use crate::model::Role;
+use crate::parameters::{ParameterTable, Status};
+use crate::solver::{LeastSquares, Solution};
+use nalgebra::DVector;
+
+/// Every round brings back lobes that have been absent; more than so many are not seen.
+const ROUNDS: usize = 4;
+/// An amplitude whose whole effect is below this share of the data is nothing but rounding.
+const NEGLIGIBLE_EFFECT: f64 = 1e-9;
+
+/// Minimises over the free parameters of `table` from `start`, and again where the other factor of an absent lobe's strength shows a way down.
+///
+/// # Errors
+/// Those of `minimise`.
+pub(in crate::fit) fn past_absent_lobes(
+    problem: &impl LeastSquares,
+    table: &ParameterTable,
+    start: DVector<f64>,
+    mut minimise: impl FnMut(DVector<f64>) -> Result<Solution, Error>,
+) -> Result<Solution, Error> {
+    let mut solution = minimise(start)?;
+    for _ in 0..ROUNDS {
+        let Some(start) = way_down(problem, table, &solution).filter(|_| solution.termination.converged())
+        else {
+            break;
+        };
+        let next = minimise(start)?;
+        if next.cost.is_nan() || next.cost >= solution.cost {
+            break;
+        }
+        let (iterations, evaluations) = (solution.iterations, solution.evaluations);
+        solution = Solution {
+            iterations: iterations + next.iterations,
+            evaluations: evaluations + next.evaluations,
+            ..next
+        };
+    }
+    Ok(solution)
+}
+
+/// The same point with the second factor of absent products at its other end, if the first then lowers the cost.
+fn way_down(
+    problem: &impl LeastSquares,
+    table: &ParameterTable,
+    solution: &Solution,
+) -> Option<DVector<f64>> {
+    let mut table = table.clone();
+    table.set_coordinates(solution.x.as_slice());
+    let absent = absent_products(&table);
+    if absent.is_empty() {
+        return None;
+    }
+    let mut moved = table.clone();
+    for (_, second) in &absent {
+        let (lower, upper) = table.rows().get(*second)?.bounds;
+        moved.set_value(
+            *second,
+            if table.rows().get(*second)?.value < 0.5 * (lower + upper) { upper } else { lower },
+        );
+    }
+    let x = DVector::from_vec(moved.coordinates());
+    let slope = problem.linearise(&x).slope_at(&DVector::zeros(x.len()));
+    let place = |row: usize| table.free().binary_search(&row).ok();
+    let mut helps = false;
+    let mut start = table.clone();
+    for (first, second) in absent {
+        if place(first).and_then(|at| slope.get(at)).is_some_and(|slope| *slope < 0.0) {
+            start.set_value(second, moved.rows().get(second)?.value);
+            helps = true;
+        }
+    }
+    helps.then(|| DVector::from_vec(start.coordinates()))
+}
+
+/// The rows of products whose first factor is at a lower bound of 0, both factors free.
+fn absent_products(table: &ParameterTable) -> Vec<(usize, usize)> {
+    let is_free = |row: usize| table.rows().get(row).is_some_and(|row| row.status == Status::Free);
+    let mut absent = Vec::new();
+    for product in table.products() {
+        for channel in 0..table.channels().len() {
+            let place = |parameter: usize| table.place(product.lobe, parameter, channel);
+            let (Some(first), Some(second)) = (place(product.first), place(product.second)) else { continue };
+            let at_zero = table.rows().get(first).is_some_and(|row| row.at_lower() && row.bounds.0 == 0.0);
+            if at_zero && is_free(first) && is_free(second) && !absent.contains(&(first, second)) {
+                absent.push((first, second));
+            }
+        }
+    }
+    absent
+}
+
+impl Task<'_> {
+    /// Sets amplitudes without any effect to their bound; returns whether there were any.
+    pub(in crate::fit) fn drop_negligible(&self, table: &mut ParameterTable) -> bool {
+        let samples = self.draws.part(POLISH_SAMPLES, self.options.seed);
+        let problem = ReflectanceProblem::new(self.expression, &samples, table.clone(), Metric::L2);
+        let x = DVector::from_vec(table.coordinates());
+        let lengths = problem.linearise(&x).column_lengths(x.len());
+        let data = problem.plausible_magnitude();
+        let free = table.free().to_vec();
+        let mut any = false;
+        for (column, index) in free.into_iter().enumerate() {
+            let Some(row) = table.rows().get(index) else { continue };
+            let effect = row.value.abs() * lengths.get(column).copied().unwrap_or(0.0);
+            if row.spec.role == Role::Amplitude
+                && row.bounds.0 == 0.0
+                && row.value > 0.0
+                && effect < NEGLIGIBLE_EFFECT * data
+            {
+                table.set_value(index, 0.0);
+                any = true;
+            }
+        }
+        any
+    }
+}

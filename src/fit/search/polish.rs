@@ -1,0 +1,29 @@
+//! Minimising on part of the samples.
+
+use super::absent_lobes::past_absent_lobes;
+use crate::error::Error;
+use crate::fit::problem::loss::Objective;
+use crate::fit::problem::observed::Observed;
+use crate::fit::task::Task;
+use crate::parameters::ParameterTable;
+use crate::solver::{Solution, Tolerances, minimise};
+use nalgebra::DVector;
+use std::sync::Arc;
+
+impl Task<'_> {
+    /// The minimum that the parameters of `table` lead to, as near as comparing minima takes.
+    pub(in crate::fit) fn polish(
+        &self,
+        samples: &Arc<Observed<'_>>,
+        table: ParameterTable,
+        objective: Objective,
+        iterations: u64,
+    ) -> Result<Solution, Error> {
+        let problem = self.problem(samples, table, objective);
+        let start = DVector::from_vec(problem.table().coordinates());
+        let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
+        past_absent_lobes(&problem, problem.table(), start, |start| {
+            minimise(&problem, start, tolerances, self.limits(iterations, None))
+        })
+    }
+}

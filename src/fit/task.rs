@@ -1,0 +1,47 @@
+//! A fit in progress: what all of its stages work with.
+
+use super::options::Options;
+use super::problem::loss::Objective;
+use super::problem::observed::Observed;
+use super::problem::reflectance::ReflectanceProblem;
+use crate::measurement::{Draws, Samples};
+use crate::model::Expression;
+use crate::parameters::ParameterTable;
+use crate::solver::{Limits, Observer};
+use std::sync::Arc;
+
+/// Samples of the part on which starts are polished.
+pub(super) const POLISH_SAMPLES: usize = 6000;
+
+/// A fit in progress.
+pub(super) struct Task<'a> {
+    pub(super) expression: &'a Expression,
+    pub(super) samples: &'a Samples,
+    /// Of those samples.
+    pub(super) draws: Draws<'a>,
+    pub(super) options: &'a Options,
+}
+
+impl<'a> Task<'a> {
+    pub(super) fn new(expression: &'a Expression, samples: &'a Samples, options: &'a Options) -> Self {
+        Self { expression, samples, draws: Draws::new(samples), options }
+    }
+
+    pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
+        Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
+    }
+
+    /// Samples prepared for the metric of the fit.
+    pub(super) fn observe<'s>(&self, samples: &'s Samples) -> Arc<Observed<'s>> {
+        Arc::new(Observed::new(samples, self.options.metric))
+    }
+
+    pub(super) fn problem<'s>(
+        &'s self,
+        samples: &Arc<Observed<'s>>,
+        table: ParameterTable,
+        objective: Objective,
+    ) -> ReflectanceProblem<'s> {
+        ReflectanceProblem::of(self.expression, Arc::clone(samples), table, objective)
+    }
+}

@@ -1,0 +1,275 @@
+//! Standard errors by resampling whole angles of incidence.
+//!
+//! The formulas of `covariance` take each sample's error for independent. Those of one angle of
+//! incidence rarely are: they share the lamp's alignment and drift, and where the model is wrong they miss
+//! it alike. Here the angles are what is independent: as many as there are are drawn with replacement,
+//! the fit is repeated from the optimum on what was drawn, and the spread of the repeated fits is the error
+//! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
+
+use super::covariance::{Covariance, Method};
+use super::warning::Warning;
+use crate::error::Error;
+use crate::fit::problem::loss::Objective;
+use crate::fit::task::Task;
+use crate::math::count;
+use crate::measurement::{IncidenceGroups, Measurement, Samples};
+use crate::parameters::ParameterTable;
+use crate::progress::Progress;
+use crate::solver::inverse::block_matrix::BlockMatrix;
+use crate::solver::{Solution, Termination, Tolerances, minimise};
+use nalgebra::{DMatrix, DVector};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// Fits repeated on resampled angles of incidence.
+#[derive(Clone, Debug)]
+pub struct Resampled {
+    /// How many fits there are.
+    pub replicates: usize,
+    /// Smallest and largest `theta_i` of each group of samples that was drawn or not, degrees.
+    pub theta_i_deg: Vec<[f64; 2]>,
+    /// Rows of the free parameters.
+    rows: Vec<usize>,
+    /// Per free parameter, per fit, in the parameter's own unit.
+    values: Vec<Vec<f64>>,
+}
+
+/// Fits repeated. The standard error of a standard error is then 5 %.
+const REPLICATES: usize = 200;
+/// Fewer tell nothing of the ends of an interval.
+const FEWEST_REPLICATES: usize = 50;
+/// Fewer angles than this can be drawn in too few ways.
+const FEWEST_GROUPS: usize = 5;
+/// Each fit begins close to its minimum, and its last step is far below the spread between fits.
+const LOOSE: Tolerances = Tolerances { step: 1e-5, cost: 1e-6, gradient: 1e-6, refinements: 0 };
+/// Fits that take longer than this creep along a valley, and count from where they got to: without them the
+/// errors would come out too small.
+const ITERATIONS: u64 = 20;
+/// Up to so many samples several fits run at once; with more each fit divides its samples among the
+/// threads, and one copy of them is enough.
+const SMALL: usize = 50_000;
+/// So many at once. Which fits are made, and what they find, does not depend on it.
+const AT_ONCE: usize = 20;
+/// Tells the draw of angles from the other draws with the same seed.
+const BOOTSTRAP_STREAM: u64 = 0x626f_6f74_7374;
+
+/// The groups to draw from.
+///
+/// # Errors
+/// [`Error::Usage`] if there are too few.
+pub(in crate::fit) fn groups(samples: &Samples, measurement: &Measurement) -> Result<IncidenceGroups, Error> {
+    let groups = samples.incidence_groups();
+    if groups.len() < FEWEST_GROUPS {
+        return Err(Error::Usage(format!(
+            "{}: --uncertainty block-bootstrap: expected at least {FEWEST_GROUPS} angles of incidence among the \
+             samples used, found {}",
+            measurement.source.path.display(),
+            groups.len()
+        )));
+    }
+    Ok(groups)
+}
+
+/// Repeats the fit that ended at `table`; a warning instead of, or beside, the result where that was cut short.
+pub(in crate::fit) fn resample(
+    task: &Task<'_>,
+    objective: Objective,
+    groups: &IncidenceGroups,
+    table: &ParameterTable,
+    solution: &Solution,
+    progress: &Arc<dyn Progress>,
+) -> Result<(Option<Resampled>, Option<Warning>), Error> {
+    if table.free().is_empty() {
+        return Ok((None, None));
+    }
+    if !solution.termination.converged() {
+        let text = "not resampled, because the fit reached no minimum";
+        return Ok((None, Some(warning(text.to_owned()))));
+    }
+    progress.stage("resampling");
+    let draws = draws(groups.len(), task.options.seed);
+    let at_once = if task.samples.len() <= SMALL { AT_ONCE } else { 1 };
+    let mut fits: Vec<Vec<f64>> = Vec::with_capacity(REPLICATES);
+    for draws in draws.chunks(at_once) {
+        let repeat = |times: &Vec<usize>| task.repeat(objective, groups, times, table);
+        let results: Result<Vec<Option<Repeated>>, Error> = draws.par_iter().map(repeat).collect();
+        for fit in results?.into_iter().flatten() {
+            fits.push(fit.values);
+            progress.iteration(u64::try_from(fits.len()).unwrap_or(u64::MAX), fit.cost);
+        }
+    }
+    let finished = fits.len();
+    let cut_short = |end: &str| {
+        warning(format!("{finished} of {REPLICATES} resampled fits were finished: {end}; allow it more time"))
+    };
+    if finished < FEWEST_REPLICATES {
+        return Ok((None, Some(cut_short("the standard errors are the formula's"))));
+    }
+    let short =
+        (finished < REPLICATES).then(|| cut_short("the standard errors are coarser than they could be"));
+    let rows = table.free().to_vec();
+    let column = |place: usize| fits.iter().filter_map(|fit| fit.get(place).copied()).collect();
+    let values = (0..rows.len()).map(column).collect();
+    let theta_i_deg = groups.theta_i_deg.clone();
+    Ok((Some(Resampled { replicates: finished, theta_i_deg, rows, values }), short))
+}
+
+fn warning(text: String) -> Warning {
+    Warning { kind: "resampling", parameter: None, text }
+}
+
+/// How often each of `n` groups is drawn, per replicate.
+fn draws(n: usize, seed: u64) -> Vec<Vec<usize>> {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ BOOTSTRAP_STREAM);
+    let mut one = || {
+        let mut times = vec![0; n];
+        for _ in 0..n {
+            times.get_mut(rng.random_range(0..n)).into_iter().for_each(|k| *k += 1);
+        }
+        times
+    };
+    (0..REPLICATES).map(|_| one()).collect()
+}
+
+/// A repeated fit.
+struct Repeated {
+    /// Values of the free parameters, in their own units.
+    values: Vec<f64>,
+    cost: f64,
+}
+
+impl Task<'_> {
+    /// The fit on groups drawn so many `times` each; none if it was stopped or has no finite cost.
+    fn repeat(
+        &self,
+        objective: Objective,
+        groups: &IncidenceGroups,
+        times: &[usize],
+        table: &ParameterTable,
+    ) -> Result<Option<Repeated>, Error> {
+        // Even one look at a large table would keep the user waiting.
+        let limits = self.limits(ITERATIONS, None);
+        let told = limits.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        if told || limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            return Ok(None);
+        }
+        let times_of = |group: usize| times.get(group).copied().unwrap_or(0);
+        let kept = groups.samples_of(|group| times_of(group) > 0);
+        let mut drawn = self.samples.at(&kept);
+        for (weight, sample) in drawn.weights.iter_mut().zip(&kept) {
+            *weight *= count(groups.of_sample.get(*sample).map_or(0, |group| times_of(*group)));
+        }
+        let problem = self.problem(&self.observe(&drawn), table.clone(), objective);
+        let start = DVector::from_vec(table.coordinates());
+        let solution = minimise(&problem, start, LOOSE, limits)?;
+        let stopped = [Termination::Interrupted, Termination::Timeout, Termination::Invalid];
+        if stopped.contains(&solution.termination) {
+            return Ok(None);
+        }
+        let mut found = table.clone();
+        found.set_coordinates(solution.x.as_slice());
+        // The same lobe in every fit.
+        found.sort_lobes();
+        let values = found.free_rows().map(|row| row.value).collect();
+        Ok(Some(Repeated { values, cost: solution.cost }))
+    }
+}
+
+impl Resampled {
+    /// The parameter in a row of the table, fit by fit.
+    fn of(&self, row: usize) -> Option<&[f64]> {
+        let place = self.rows.iter().position(|r| *r == row)?;
+        self.values.get(place).map(Vec::as_slice)
+    }
+
+    /// The 95 % interval of the parameter in a row of the table: the 2.5 and 97.5 percentiles.
+    #[must_use]
+    pub fn interval(&self, row: usize) -> Option<[f64; 2]> {
+        self.of(row).map(percentiles)
+    }
+
+    /// Standard error and 95 % interval of the product of the parameters in two rows.
+    #[must_use]
+    pub fn product(&self, a: usize, b: usize) -> Option<(f64, [f64; 2])> {
+        let products: Vec<f64> = self.of(a)?.iter().zip(self.of(b)?).map(|(x, y)| x * y).collect();
+        Some((covariance(&products, &products).sqrt(), percentiles(&products)))
+    }
+
+    /// What the formula says of which parameters are determined, with the covariance of the repeated fits.
+    pub(super) fn covariance(&self, formula: Covariance) -> Covariance {
+        let fits = self.replicates;
+        // Differences from the mean, such that their products are unbiased covariances.
+        let of_row = |row: &usize| {
+            let values = self.of(*row).unwrap_or_default();
+            let mean = mean(values);
+            let unit = (count(fits) - 1.0).sqrt();
+            DVector::from_fn(fits, |k, _| values.get(k).map_or(f64::NAN, |value| (value - mean) / unit))
+        };
+        let columns: Vec<DVector<f64>> = formula.rows.iter().map(of_row).collect();
+        let entries = BlockMatrix::products(DMatrix::from_columns(&columns));
+        Covariance { method: Method::BlockBootstrap, entries, ..formula }
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / count(values.len())
+}
+
+fn covariance(a: &[f64], b: &[f64]) -> f64 {
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let sum: f64 = a.iter().zip(b).map(|(x, y)| (x - mean_a) * (y - mean_b)).sum();
+    sum / (count(a.len()) - 1.0)
+}
+
+/// The 2.5 and 97.5 percentiles, linear between the values.
+fn percentiles(values: &[f64]) -> [f64; 2] {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let last = sorted.len().saturating_sub(1);
+    [0.025, 0.975].map(|share| {
+        let position = share * count(last);
+        let below = (0..=last).rev().find(|k| count(*k) <= position).unwrap_or(0);
+        let at = |k: usize| sorted.get(k.min(last)).copied().unwrap_or(f64::NAN);
+        let (low, high) = (at(below), at(below + 1));
+        low + (position - count(below)) * (high - low)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn percentiles_are_linear_between_values() {
+        // Hyndman and Fan 1996, definition 7: position p (n - 1) from 0.
+        let values: Vec<f64> = (0..=200).rev().map(f64::from).collect();
+        assert_eq!(percentiles(&values), [5.0, 195.0]);
+        let [low, high] = percentiles(&[2.0, 1.0]);
+        assert_relative_eq!(low, 1.025);
+        assert_relative_eq!(high, 1.975);
+        assert_eq!(percentiles(&[3.0]), [3.0, 3.0]);
+    }
+
+    #[test]
+    fn covariances_are_unbiased() {
+        // 1, 2, 3, 4: variance 5/3; against 2, 1, 4, 3: covariance 1.
+        let (a, b) = ([1.0, 2.0, 3.0, 4.0], [2.0, 1.0, 4.0, 3.0]);
+        assert_relative_eq!(covariance(&a, &a), 5.0 / 3.0, max_relative = 1e-15);
+        assert_relative_eq!(covariance(&a, &b), 1.0, max_relative = 1e-15);
+    }
+
+    #[test]
+    fn as_many_groups_are_drawn_as_there_are() {
+        let draws = draws(8, 0);
+        assert_eq!(draws.len(), REPLICATES);
+        assert!(draws.iter().all(|times| times.iter().sum::<usize>() == 8));
+        // A group is missed with probability (7/8)^8 = 0.344: 550 of 1600, standard deviation below 19.
+        let missed = draws.iter().flatten().filter(|times| **times == 0).count();
+        assert!((480..620).contains(&missed), "{missed}");
+    }
+}

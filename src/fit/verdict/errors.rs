@@ -1,0 +1,204 @@
+//! Every error of docs/conventions.md, whichever was fitted.
+
+use crate::fit::problem::formula::{Term, reflectance};
+use crate::fit::problem::kernels::sum;
+use crate::fit::problem::metric::Metric;
+use crate::fit::problem::observed::row;
+use crate::geometry::{Block, Row};
+use crate::math::{Real, Scalar, count};
+use crate::measurement::Samples;
+use crate::model::{BasisBlock, Derivatives, Expression};
+use crate::parameters::ParameterTable;
+use crate::solver::triangle::dot;
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// The errors between model and measurement. docs/conventions.md defines each.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// Root mean square of x - x*, x = f cos(theta_i).
+    pub l2: f64,
+    /// The same of ln(1 + x).
+    pub log: f64,
+    /// The same of cbrt(x).
+    pub cbrt: f64,
+    /// Mean |ln((F q + e)/(F* q + e))|, F = max(f, 0), q = max(cos_i cos_o, e), e = 1e-3.
+    pub log_ratio: f64,
+    /// Sum |x - x*| / sum x*; none where the denominator is not positive.
+    pub relative: Option<f64>,
+}
+
+impl Errors {
+    /// The error that a fit in `metric` makes small.
+    #[must_use]
+    pub fn in_metric(&self, metric: Metric) -> f64 {
+        match metric {
+            Metric::L2 => self.l2,
+            Metric::Log => self.log,
+            Metric::Cbrt => self.cbrt,
+        }
+    }
+}
+
+/// Errors of all channels together and of each.
+#[derive(Clone, Debug)]
+pub struct ErrorTable {
+    /// All channels together.
+    pub all: Errors,
+    /// Per channel.
+    pub by_channel: Vec<Errors>,
+}
+
+/// The offset of the logarithms' arguments in `log_ratio`.
+const LOG_RATIO_OFFSET: f64 = 1e-3;
+
+/// Weighted sums over samples, of one channel.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    squares: [f64; 3],
+    log_ratio: f64,
+    difference: f64,
+    measured: f64,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        for (sum, part) in self.squares.iter_mut().zip(other.squares) {
+            *sum += part;
+        }
+        self.log_ratio += other.log_ratio;
+        self.difference += other.difference;
+        self.measured += other.measured;
+    }
+
+    fn errors(&self, weight: f64) -> Errors {
+        let [l2, log, cbrt] = self.squares.map(|sum| (sum / weight).sqrt());
+        Errors {
+            l2,
+            log,
+            cbrt,
+            log_ratio: self.log_ratio / weight,
+            relative: (self.measured > 0.0).then(|| self.difference / self.measured),
+        }
+    }
+}
+
+/// Compares the model at the values in `table` with the samples.
+#[must_use]
+pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable) -> ErrorTable {
+    let channels = samples.values.len();
+    let all_values: Vec<_> = (0..channels).map(|channel| table.formula_values(channel)).collect();
+    let terms: Vec<Vec<Term>> = all_values
+        .iter()
+        .map(|values| {
+            let lobes = expression.lobes().iter().zip(values);
+            let coefficients = lobes.map(|(lobe, (_, amplitudes))| lobe.model.coefficients(amplitudes));
+            reflectance(&coefficients.collect::<Vec<_>>())
+        })
+        .collect();
+    let ranges: Vec<_> = samples.directions.blocks().collect();
+    let mut prepared = Vec::new();
+    expression.prepare(&all_values, |_| Derivatives::None, &mut prepared);
+    let arch = Arch::new();
+    // Groups of blocks in a fixed division, summed in order.
+    let partial: Vec<Vec<Sums>> = ranges
+        .par_chunks(BLOCKS_PER_GROUP)
+        .map(|ranges| {
+            let mut sums = vec![Sums::default(); channels];
+            let mut block = Block::new();
+            let mut bases = prepared.clone();
+            for range in ranges {
+                samples.directions.fill(range.clone(), &mut block);
+                bases.iter_mut().for_each(BasisBlock::forget);
+                let weights = row(samples.weights.get(range.clone()).unwrap_or_default(), 0.0);
+                let of_channels = all_values.iter().zip(&terms).zip(&samples.values).zip(&mut sums);
+                for (((values, terms), measured), sums) in of_channels {
+                    for ((lobe, (shapes, _)), basis) in expression.lobes().iter().zip(values).zip(&mut bases)
+                    {
+                        lobe.model.evaluate(&block, shapes, Derivatives::None, basis);
+                    }
+                    let measured = row(measured.get(range.clone()).unwrap_or_default(), 0.0);
+                    let part = Comparison {
+                        block: &block,
+                        bases: &bases,
+                        terms,
+                        measured: &measured,
+                        weights: &weights,
+                    };
+                    sums.add(&arch.dispatch(part));
+                }
+            }
+            sums
+        })
+        .collect();
+    let mut sums = vec![Sums::default(); channels];
+    for part in &partial {
+        sums.iter_mut().zip(part).for_each(|(sum, part)| sum.add(part));
+    }
+    let weight: f64 = samples.weights.iter().sum();
+    let mut all = Sums::default();
+    sums.iter().for_each(|sum| all.add(sum));
+    ErrorTable {
+        all: all.errors(weight * count(channels)),
+        by_channel: sums.iter().map(|sum| sum.errors(weight)).collect(),
+    }
+}
+
+/// So many blocks are summed up by one thread.
+const BLOCKS_PER_GROUP: usize = 64;
+
+/// One channel of one block.
+struct Comparison<'a> {
+    block: &'a Block,
+    bases: &'a [BasisBlock],
+    terms: &'a [Term],
+    measured: &'a Row,
+    /// Zero where there is no sample.
+    weights: &'a Row,
+}
+
+impl WithSimd for Comparison<'_> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Sums {
+        let Self { block, bases, terms, measured, weights } = self;
+        let (mut f, mut x, mut target) = (Row::filled(0.0), Row::filled(0.0), Row::filled(0.0));
+        sum(bases, terms, &mut f);
+        let samples = x.iter_mut().zip(&mut target).zip(&f).zip(measured).zip(block.cos_i());
+        for ((((x, target), f), measured), cos_i) in samples {
+            *x = f * cos_i;
+            *target = measured * cos_i;
+        }
+        let mut squares = [0.0; Metric::ALL.len()];
+        for (sum, metric) in squares.iter_mut().zip(Metric::ALL) {
+            let (mut model, mut wanted) = (x, Row::filled(0.0));
+            for (wanted, target) in wanted.iter_mut().zip(&target) {
+                *wanted = metric.measured(*target);
+            }
+            metric.apply_exactly(&mut model);
+            metric.apply_exactly(&mut wanted);
+            for (model, wanted) in model.iter_mut().zip(&wanted) {
+                *model = (*model - wanted) * (*model - wanted);
+            }
+            *sum = dot(&model, weights);
+        }
+
+        let (mut ratios, mut differences) = (Row::filled(0.0), Row::filled(0.0));
+        let samples = ratios.iter_mut().zip(&f).zip(measured).zip(block.cos_i()).zip(block.cos_o());
+        for ((((ratio, f), measured), cos_i), cos_o) in samples {
+            let q = (cos_i * cos_o).greater(LOG_RATIO_OFFSET);
+            let (modelled, measured) = (f.greater(0.0) * q, measured.greater(0.0) * q);
+            *ratio = Scalar::ln((modelled + LOG_RATIO_OFFSET) / (measured + LOG_RATIO_OFFSET)).abs();
+        }
+        for ((difference, x), target) in differences.iter_mut().zip(&x).zip(&target) {
+            *difference = (x - target).abs();
+        }
+        Sums {
+            squares,
+            log_ratio: dot(&ratios, weights),
+            difference: dot(&differences, weights),
+            measured: dot(&target, weights),
+        }
+    }
+}

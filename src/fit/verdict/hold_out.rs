@@ -1,0 +1,137 @@
+//! Samples left out of a fit, to judge it by: whole angles of incidence.
+//!
+//! Single samples left out would tell little: their neighbours stay, and a model that follows the
+//! measurement's own faults follows them there too. A whole angle asks the model to predict what it has
+//! not seen.
+
+use super::errors::{Errors, score};
+use crate::error::Error;
+use crate::math::count;
+use crate::measurement::{Measurement, Samples};
+use crate::model::Expression;
+use crate::parameters::ParameterTable;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// How a fit does on samples that it has not seen.
+#[derive(Clone, Debug)]
+pub struct HeldOut {
+    /// How many samples those are.
+    pub samples: usize,
+    /// Smallest and largest `theta_i` of each group left out, degrees; twice the same for one angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+    /// Every error on them, all channels together.
+    pub errors: Errors,
+}
+
+/// Samples left out, before there is a fit to judge.
+pub(in crate::fit) struct Unseen {
+    samples: Samples,
+    theta_i_deg: Vec<[f64; 2]>,
+}
+
+impl Unseen {
+    /// The errors of the model at the values in `table`.
+    pub(in crate::fit) fn judge(&self, expression: &Expression, table: &ParameterTable) -> HeldOut {
+        HeldOut {
+            samples: self.samples.len(),
+            theta_i_deg: self.theta_i_deg.clone(),
+            errors: score(expression, &self.samples, table).all,
+        }
+    }
+}
+
+/// Tells the draw of angles from those of samples with the same seed.
+const HOLD_OUT_STREAM: u64 = 0x0068_656c_646f_7574;
+
+/// A fraction that may be left out.
+///
+/// # Errors
+/// [`Error::Usage`] unless it lies between 0 and 1.
+pub fn checked_fraction(fraction: f64) -> Result<f64, Error> {
+    if fraction > 0.0 && fraction < 1.0 {
+        return Ok(fraction);
+    }
+    Err(Error::Usage(format!("--hold-out: expected a fraction above 0 and below 1, found {fraction}")))
+}
+
+/// Divides the samples into those to fit and those left out: `fraction` of the groups of incidence, at least
+/// one, at most all but one.
+///
+/// # Errors
+/// [`Error::Usage`] for a fraction that is none, or a measurement with a single angle of incidence.
+pub(in crate::fit) fn split(
+    samples: &Samples,
+    fraction: f64,
+    seed: u64,
+    measurement: &Measurement,
+) -> Result<(Samples, Unseen), Error> {
+    let fraction = checked_fraction(fraction)?;
+    let groups = samples.incidence_groups();
+    if groups.len() < 2 {
+        return Err(Error::Usage(format!(
+            "{}: --hold-out {fraction}: expected at least 2 angles of incidence among the samples used, found {}",
+            measurement.source.path.display(),
+            groups.len()
+        )));
+    }
+    let left_out = draw(groups.len(), fraction, seed);
+    let is_out = |group: usize| left_out.binary_search(&group).is_ok();
+    let out = groups.samples_of(is_out);
+    let mut fitted = samples.at(&groups.samples_of(|group| !is_out(group)));
+    fitted.dropped.insert("held-out", out.len());
+    let unseen = Unseen {
+        samples: samples.at(&out),
+        theta_i_deg: left_out.iter().filter_map(|group| groups.theta_i_deg.get(*group).copied()).collect(),
+    };
+    Ok((fitted, unseen))
+}
+
+/// `fraction` of the numbers below `n`, at least one and at most all but one, ascending.
+fn draw(n: usize, fraction: f64, seed: u64) -> Vec<usize> {
+    // The whole number closest to fraction x n; halves are rounded up.
+    let distance = |k: &usize| (count(*k) - fraction * count(n)).abs();
+    let wanted = (1..n).rev().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(1);
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ HOLD_OUT_STREAM);
+    // The head of a shuffled list (Fisher and Yates 1938).
+    let mut numbers: Vec<usize> = (0..n).collect();
+    for place in 0..wanted {
+        numbers.swap(place, rng.random_range(place..n));
+    }
+    numbers.truncate(wanted);
+    numbers.sort_unstable();
+    numbers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn draws_the_closest_number_of_groups() {
+        for (n, fraction, wanted) in
+            [(8, 0.2, 2), (8, 0.25, 2), (8, 0.01, 1), (8, 0.99, 7), (2, 0.5, 1), (10, 0.25, 3), (50, 0.1, 5)]
+        {
+            let drawn = draw(n, fraction, 0);
+            assert_eq!(drawn.len(), wanted, "{fraction} of {n}");
+            assert!(drawn.is_sorted() && drawn.iter().all(|k| *k < n));
+        }
+    }
+
+    #[test]
+    fn every_group_is_drawn_as_often() {
+        // 2 of 8 by 4000 seeds: each is drawn 1000 times, with a standard deviation of
+        // sqrt(4000 x 1/4 x 3/4) = 27.
+        let mut times = [0; 8];
+        (0..4000).for_each(|seed| draw(8, 0.25, seed).into_iter().for_each(|k| times[k] += 1));
+        assert!(times.iter().all(|n| (880..1120).contains(n)), "{times:?}");
+    }
+
+    #[test]
+    fn fractions_are_checked() {
+        for wrong in [0.0, 1.0, -0.1, 1.5, f64::NAN, f64::INFINITY] {
+            assert!(checked_fraction(wrong).unwrap_err().to_string().contains("--hold-out"), "{wrong}");
+        }
+        assert!(checked_fraction(0.5).is_ok());
+    }
+}

@@ -1,0 +1,203 @@
+//! Everything that follows from the parameters found: errors, covariance, criteria, warnings.
+
+use super::bootstrap::Resampled;
+use super::covariance::Covariance;
+use super::errors::{ErrorTable, score};
+use super::result::{Fit, Selection, selection};
+use super::warning::Warning;
+use super::warnings;
+use crate::error::Error;
+use crate::fit::problem::loss::{LossKind, Objective};
+use crate::fit::problem::reflectance::ReflectanceProblem;
+use crate::fit::search::best_start::Found;
+use crate::fit::task::Task;
+use crate::math::count;
+use crate::measurement::Weighting;
+use crate::parameters::{ParameterTable, Row, Status};
+use crate::solver::inverse::arrow::Arrow;
+use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
+
+/// Samples on which it is tried what freeing a parameter would gain.
+const CHECK_SAMPLES: usize = 1500;
+/// A parameter that would lower the cost by this share when freed is worth a warning.
+const WORTH_FREEING: f64 = 0.1;
+/// A loss that leaves a parameter less of its information than this treats what decides it as outliers.
+const LEAST_INFORMATION: f64 = 0.1;
+
+impl Task<'_> {
+    /// The rows that a loss leaves little of what the samples know about them.
+    fn discarded(&self, table: &ParameterTable, solution: &Solution) -> Vec<usize> {
+        let plain = self.problem(&self.observe(self.samples), table.clone(), self.options.metric.into());
+        let lengths = |model: &Linearisation| model.column_lengths(solution.x.len());
+        let (kept, all) = (lengths(&solution.linearisation), lengths(&plain.linearise(&solution.x)));
+        let lost = |((row, kept), all): ((&usize, &f64), &f64)| {
+            (kept * kept < LEAST_INFORMATION * all * all).then_some(*row)
+        };
+        table.free().iter().zip(kept.iter()).zip(all.iter()).filter_map(lost).collect()
+    }
+
+    /// Everything that follows from the parameters found.
+    pub(in crate::fit) fn judge(
+        &self,
+        problem: &ReflectanceProblem<'_>,
+        table: ParameterTable,
+        solution: Solution,
+        found: Found,
+        resampled: Option<Resampled>,
+    ) -> Result<Fit, Error> {
+        let samples = self.samples;
+        let robust = found.objective.loss != LossKind::None;
+        let errors = score(self.expression, samples, &table);
+        let n = problem.residuals();
+        let free = table.free().len();
+        let signed = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
+        let dof = signed(n) - signed(free);
+        let freedom = count(n) - count(free);
+        // A loss other than squares is no likelihood of the given standard deviations.
+        let absolute = samples.weighting == Weighting::Sigma && !robust;
+        let typical = (solution.cost / freedom).sqrt();
+        let scatter = (!absolute).then_some(|inverse: &Arrow| {
+            problem.scatter(&solution.x, |columns| inverse.root(columns), typical)
+        });
+        // Where a fit was cut short there is no minimum to have errors.
+        let at_minimum = solution.termination.converged();
+        let mut covariance = if at_minimum {
+            Covariance::new(&table, &solution.linearisation, scatter, freedom)
+        } else {
+            None
+        };
+        if robust && let Some(covariance) = &mut covariance {
+            covariance.discard(self.discarded(&table, &solution));
+        }
+        // Without a covariance by the formula nothing says which parameters are determined.
+        let resampled = resampled.filter(|_| covariance.is_some());
+        let covariance = match &resampled {
+            Some(resampled) => covariance.map(|formula| resampled.covariance(formula)),
+            None => covariance,
+        };
+        let unusable = unusable(&solution, free, dof, &errors);
+        let mut fit = Fit {
+            weighting: samples.weighting,
+            used: samples.len(),
+            dropped: samples.dropped.clone(),
+            reduced_chi2: (absolute && dof > 0).then(|| solution.cost / freedom),
+            selection: if robust {
+                Selection::default()
+            } else {
+                selection(solution.cost, n, free, absolute)
+            },
+            loss_scale: robust.then_some(found.objective.scale),
+            errors,
+            budget: None,
+            errors_on_all: None,
+            held_out: None,
+            covariance,
+            resampled,
+            cost: solution.cost,
+            n,
+            dof,
+            starts: found.starts,
+            termination: solution.termination,
+            unusable,
+            iterations: solution.iterations,
+            evaluations: solution.evaluations,
+            warnings: Vec::new(),
+            table,
+        };
+        let mut warnings = self.general_warnings(&fit);
+        warnings.extend(warnings::at_bounds(&fit));
+        warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
+        warnings.extend(warnings::ties(&fit));
+        warnings.extend(warnings::discarded(&fit));
+        if fit.unusable.is_none() {
+            warnings.extend(self.worth_freeing(&fit.table, found.objective)?);
+        }
+        fit.warnings = warnings;
+        Ok(fit)
+    }
+
+    fn general_warnings(&self, fit: &Fit) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        if let Some(reason) = &fit.unusable {
+            warnings.push(Warning { kind: "not-usable", parameter: None, text: reason.clone() });
+        }
+        warnings.extend(warnings::saturated(fit.table.channels(), self.samples));
+        if self.samples.directions.is_grid() {
+            let tied = fit.table.rows().iter().enumerate();
+            let tied = tied
+                .filter(|(_, row)| row.spec.isotropic_as.is_some() && matches!(row.status, Status::Tied(_)));
+            for (index, row) in tied {
+                warnings.push(Warning {
+                    kind: "isotropic",
+                    parameter: Some(fit.table.name(index)),
+                    text: format!(
+                        "tied to {}: a half/difference grid does not hold the half vector's azimuth; measure \
+                         with varied phi_i to tell them apart",
+                        row.spec.isotropic_as.unwrap_or_default()
+                    ),
+                });
+            }
+        }
+        warnings
+    }
+
+    /// Parameters that are fixed by default and should not have been.
+    fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
+        let mut doubted: Vec<&Row> = Vec::new();
+        for row in table.rows() {
+            let by_default = row.spec.fixed && row.status == Status::Fixed && !row.given;
+            let same = |other: &&Row| (other.lobe, other.parameter) == (row.lobe, row.parameter);
+            if by_default && !doubted.iter().any(same) {
+                doubted.push(row);
+            }
+        }
+        let mut warnings = Vec::new();
+        if doubted.is_empty() {
+            return Ok(warnings);
+        }
+        let few = self.draws.part(CHECK_SAMPLES, self.options.seed);
+        let few = self.observe(&few);
+        let held = self.polish(&few, table.clone(), objective, 30)?.cost;
+        for row in doubted {
+            let freed = table.with_freed(table.places(row.lobe, row.parameter));
+            let loose = self.polish(&few, freed, objective, 30)?.cost;
+            if loose < (1.0 - WORTH_FREEING) * held {
+                let name = table.parameter_name(row);
+                warnings.push(Warning {
+                    kind: "worth-freeing",
+                    parameter: Some(name.clone()),
+                    text: format!(
+                        "fixed at {}, but the cost falls by {:.0} % without that: try --free {name}",
+                        row.value,
+                        100.0 * (1.0 - loose / held)
+                    ),
+                });
+            }
+        }
+        Ok(warnings)
+    }
+}
+
+/// Why a result is not to be used.
+fn unusable(solution: &Solution, free: usize, dof: i64, errors: &ErrorTable) -> Option<String> {
+    let finite = [errors.all.l2, errors.all.log, errors.all.cbrt].iter().all(|e| e.is_finite());
+    if !finite || !solution.cost.is_finite() {
+        return Some("the model is not finite at some samples".to_owned());
+    }
+    if dof < 0 {
+        return Some(format!(
+            "fewer values than the {free} free parameters: measure more directions, or --fix some parameters"
+        ));
+    }
+    match solution.termination {
+        reason if reason.converged() => None,
+        Termination::IterationLimit => Some(
+            "the iteration limit was reached before a minimum: start closer with --init, or fit fewer parameters"
+                .to_owned(),
+        ),
+        Termination::Interrupted => Some("interrupted before a minimum was reached".to_owned()),
+        Termination::Timeout => Some("the time limit was reached before a minimum: raise --timeout".to_owned()),
+        _ => Some("no step lowers the error, though it should: the model may be too flat or not smooth here"
+            .to_owned()),
+    }
+}

@@ -1,0 +1,12 @@
+//! One warning.
+
+/// Something that the user should know before relying on the result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Short name of the kind.
+    pub kind: &'static str,
+    /// The parameter concerned, if it is one.
+    pub parameter: Option<String>,
+    /// What it is and what to do next.
+    pub text: String,
+}

@@ -1,0 +1,387 @@
+//! What a user should know before relying on a fit, each with what to do next.
+
+use super::result::Fit;
+use super::warning::Warning;
+use crate::fit::search::scan::Profile;
+use crate::math::count;
+use crate::measurement::Samples;
+use crate::model::{Role, Scale};
+use crate::parameters::{Product, Status, differ};
+
+/// Correlations beyond this are worth a warning.
+const STRONG_CORRELATION: f64 = 0.98;
+/// The same between the two factors of a lobe's strength, which few data tell apart.
+const STRONG_WITHIN_PRODUCT: f64 = 0.99;
+/// Schlick's Fresnel term rises noticeably only beyond this angle, degrees (docs/fitting.md).
+const FRESNEL_REACH_DEG: f64 = 70.0;
+/// The same of a diffuse base and a lobe, which look alike when the lobe is rough.
+const STRONG_WITH_BASE: f64 = 0.95;
+/// Beyond this ratio of singular values some combination of parameters is known far worse than others.
+const ILL_CONDITIONED: f64 = 1e3;
+/// So many samples, and such a share of all, that share the largest value of a channel were cut off there; where they
+/// stand out from the mean by less, the material is as good as evenly bright.
+const CUT_OFF: (usize, f64) = (10, 1e-3);
+const STANDS_OUT: f64 = 1.01;
+/// A share of the cost that no data are good enough to trust.
+const COST_RESOLUTION: f64 = 1e-3;
+/// Twice the logarithm of the likelihood falls by this at the end of a 95 % interval.
+const CHI2_95: f64 = 3.841;
+/// A profile that is flat over so large a ratio, or share of the range, says nothing useful.
+const FLAT_RATIO: f64 = 2.0;
+const FLAT_SHARE: f64 = 0.3;
+
+/// A parameter at a bound.
+struct Bound {
+    name: String,
+    upper: bool,
+    value: f64,
+    channels: Vec<String>,
+    /// Whether it is the reflectance at normal incidence alone of a lobe that rises towards grazing.
+    reflectance: bool,
+}
+
+/// One warning per parameter at a bound, its channels together.
+pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
+    let table = &fit.table;
+    let mut groups: Vec<Bound> = Vec::new();
+    for row in table.free_rows() {
+        for (at, upper, value) in
+            [(row.at_lower(), false, row.bounds.0), (row.at_upper(), true, row.bounds.1)]
+        {
+            if !at {
+                continue;
+            }
+            let name = table.parameter_name(row);
+            let channel = row.channel.and_then(|c| table.channels().get(c)).cloned();
+            match groups.iter_mut().find(|group| group.name == name && group.upper == upper) {
+                Some(group) => group.channels.extend(channel),
+                None => {
+                    let is_factor =
+                        |product: &Product| (product.lobe, product.second) == (row.lobe, row.parameter);
+                    let reflectance =
+                        row.spec.role == Role::Amplitude && table.products().iter().any(is_factor);
+                    let channels = channel.into_iter().collect();
+                    groups.push(Bound { name, upper, value, channels, reflectance });
+                }
+            }
+        }
+    }
+    let text = |Bound { name, upper, value, channels, reflectance }: Bound| {
+        let side = if upper { "upper" } else { "lower" };
+        let of = if channels.is_empty() { String::new() } else { format!(" for {}", channels.join(", ")) };
+        let advice = match (!upper && value == 0.0, reflectance) {
+            (true, false) => {
+                "the data do not ask for it; fit without it, or check the data's zero".to_owned()
+            }
+            // A lobe without reflectance at normal incidence is still there.
+            (true, true) => {
+                "its lobe only rises towards grazing; fit without that lobe and compare".to_owned()
+            }
+            _ => format!("it has no error there; widen it with --bounds {name}=LO..HI if that makes sense"),
+        };
+        Warning {
+            kind: "at-bound",
+            text: format!("at its {side} bound {value}{of}: {advice}"),
+            parameter: Some(name),
+        }
+    };
+    let mut warnings: Vec<Warning> = groups.into_iter().map(text).collect();
+    warnings.extend(dependent(fit));
+    warnings
+}
+
+/// Parameters whose error rests on others staying at their bounds.
+fn dependent(fit: &Fit) -> Option<Warning> {
+    let rows = &fit.covariance.as_ref()?.dependent;
+    let names = names_of(fit, rows);
+    Some(Warning {
+        kind: "at-bound",
+        parameter: Some(names.first()?.clone()),
+        text: format!(
+            "its error{} would rest on what is at a bound, and is not given; rely on products under 'derived', or --fix \
+             what is at the bound if it belongs there",
+            and_that_of(&names)
+        ),
+    })
+}
+
+/// Parameters that the data do not tell apart.
+pub(super) fn identifiability(fit: &Fit, samples: &Samples, profiles: &[Profile]) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    warnings.extend(undetermined(fit));
+    warnings.extend(products(fit, samples));
+    warnings.extend(correlated(fit));
+    warnings.extend(flat(fit, profiles));
+    if warnings.is_empty() {
+        warnings.extend(ill_conditioned(fit));
+    }
+    warnings
+}
+
+/// The full names of rows of the parameter table.
+fn names_of(fit: &Fit, rows: &[usize]) -> Vec<String> {
+    rows.iter().map(|row| fit.table.name(*row)).collect()
+}
+
+/// All names but the first, which a warning is about.
+fn and_that_of(names: &[String]) -> String {
+    match names {
+        [] | [_] => String::new(),
+        [_, others @ ..] => format!(" and that of {}", others.join(", ")),
+    }
+}
+
+fn undetermined(fit: &Fit) -> Option<Warning> {
+    let rows = &fit.covariance.as_ref()?.undetermined;
+    let names = names_of(fit, rows);
+    Some(Warning {
+        kind: "not-identifiable",
+        parameter: Some(names.first()?.clone()),
+        text: match names.as_slice() {
+            [_] => "the data do not determine it: --fix it, or use a model without it".to_owned(),
+            several => format!(
+                "the data do not determine {} separately: --fix one of them, or use a model without it",
+                several.join(", ")
+            ),
+        },
+    })
+}
+
+/// Factors of a lobe's strength that are both free, and that these data hardly tell apart.
+fn products(fit: &Fit, samples: &Samples) -> Vec<Warning> {
+    let table = &fit.table;
+    let mut warnings = Vec::new();
+    let mut reach = None;
+    for Product { lobe, first, second } in table.products() {
+        let free = |row: usize| table.rows().get(row).is_some_and(|row| row.status == Status::Free);
+        let mut strongest: f64 = 0.0;
+        let mut both_free = false;
+        for channel in 0..table.channels().len() {
+            let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
+            let (Some(a), Some(b)) = rows else { continue };
+            if !free(a) || !free(b) {
+                continue;
+            }
+            both_free = true;
+            let correlation = fit.covariance.as_ref().and_then(|c| c.correlation(a, b));
+            strongest = strongest.max(correlation.map_or(0.0, f64::abs));
+        }
+        if !both_free {
+            continue;
+        }
+        let reach = *reach.get_or_insert_with(|| largest_angle_deg(samples));
+        let weak = reach < FRESNEL_REACH_DEG;
+        if !weak && strongest <= STRONG_WITHIN_PRODUCT {
+            continue;
+        }
+        let name = |parameter: usize| {
+            let row = table.places(*lobe, parameter).first().and_then(|row| table.rows().get(*row));
+            row.map_or(("", String::new()), |row| (row.spec.name, table.parameter_name(row)))
+        };
+        let ((first, full_first), (second, _)) = (name(*first), name(*second));
+        let why = if weak {
+            format!("directions up to {reach:.0} degrees")
+        } else {
+            format!("these data (correlation {strongest:.4})")
+        };
+        let more =
+            if weak { format!(", or measure beyond {FRESNEL_REACH_DEG} degrees") } else { String::new() };
+        warnings.push(Warning {
+            kind: "not-identifiable",
+            text: format!(
+                "{first} and {second} are hardly told apart by {why}: rely on their product under 'derived', \
+                 --fix {full_first}=1{more}"
+            ),
+            parameter: Some(full_first),
+        });
+    }
+    warnings
+}
+
+/// The largest angle of incidence or viewing.
+fn largest_angle_deg(samples: &Samples) -> f64 {
+    let smallest_cosine =
+        samples.directions.iter().map(|g| g.cos_i().min(g.cos_o())).fold(f64::INFINITY, f64::min);
+    smallest_cosine.clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+/// The strongest correlation of all, and the strongest between a diffuse base and a lobe.
+fn correlated(fit: &Fit) -> Vec<Warning> {
+    let Some(covariance) = &fit.covariance else { return Vec::new() };
+    let table = &fit.table;
+    let lobe_of = |row: usize| table.rows().get(row).map(|row| row.lobe);
+    let is_base = |row: usize| lobe_of(row).is_some_and(|lobe| !table.has_width(lobe));
+    let is_amplitude = |row: usize| table.rows().get(row).is_some_and(|row| row.spec.role == Role::Amplitude);
+    let in_product = |a: usize, b: usize| {
+        let place = |row: usize| table.rows().get(row).map(|row| (row.lobe, row.parameter));
+        table.products().iter().any(|Product { lobe, first, second }| {
+            let factors = (Some((*lobe, *first)), Some((*lobe, *second)));
+            (place(a), place(b)) == factors || (place(b), place(a)) == factors
+        })
+    };
+    let mut strongest: Option<(f64, usize, usize)> = None;
+    let mut with_base: Option<(f64, usize, usize)> = None;
+    for (c, a, b) in covariance.correlated_pairs(STRONG_WITH_BASE.min(STRONG_CORRELATION)) {
+        // Base and lobe, in this order.
+        let pair = if is_base(a) { (a, b) } else { (b, a) };
+        let (group, limit) = if in_product(a, b) {
+            continue;
+        } else if is_base(pair.0) && !is_base(pair.1) && is_amplitude(pair.0) {
+            (&mut with_base, STRONG_WITH_BASE)
+        } else {
+            (&mut strongest, STRONG_CORRELATION)
+        };
+        if c.abs() > limit && group.is_none_or(|(s, ..)| c.abs() > s.abs()) {
+            *group = Some((c, pair.0, pair.1));
+        }
+    }
+    let mut warnings = Vec::new();
+    if let Some((correlation, base, other)) = with_base {
+        let lobe = lobe_of(other).and_then(|lobe| table.lobes().get(lobe)).map_or("", String::as_str);
+        warnings.push(Warning {
+            kind: "correlated",
+            text: format!(
+                "correlation {correlation:.4} with {}: a lobe this rough looks like a diffuse base; fit without \
+                 '{lobe}' and compare, or --fix one of the two",
+                table.name(other)
+            ),
+            parameter: Some(table.name(base)),
+        });
+    }
+    if let Some((correlation, a, b)) = strongest {
+        warnings.push(Warning {
+            kind: "correlated",
+            text: format!(
+                "correlation {correlation:.4} with {}: the data hardly tell them apart; --fix one, or measure \
+                 closer to grazing",
+                table.name(b)
+            ),
+            parameter: Some(table.name(a)),
+        });
+    }
+    warnings
+}
+
+/// Shapes that the error hardly depends on.
+fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
+    let Some(freedom) = u64::try_from(fit.dof).ok().filter(|dof| *dof > 0) else { return Vec::new() };
+    let freedom = count(usize::try_from(freedom).unwrap_or(usize::MAX));
+    let threshold = (CHI2_95 / freedom).exp_m1().max(COST_RESOLUTION);
+    let mut warnings = Vec::new();
+    for profile in profiles {
+        let Some(row) = fit.table.rows().get(profile.row) else { continue };
+        let lowest = profile.points.iter().map(|(_, cost)| *cost).fold(f64::INFINITY, f64::min);
+        let level: Vec<f64> = profile
+            .points
+            .iter()
+            .filter(|(_, cost)| *cost <= lowest * (1.0 + threshold))
+            .map(|(value, _)| *value)
+            .collect();
+        let (Some(&low), Some(&high)) = (level.first(), level.last()) else { continue };
+        let ends = (profile.points.first(), profile.points.last());
+        let (Some((start, _)), Some((end, _))) = ends else { continue };
+        let wide = match row.spec.scale {
+            Scale::Log => high > FLAT_RATIO * low,
+            Scale::Linear | Scale::Square => high - low > FLAT_SHARE * (end - start),
+        };
+        if !wide {
+            continue;
+        }
+        let name = fit.table.parameter_name(row);
+        warnings.push(Warning {
+            kind: "flat-profile",
+            text: format!(
+                "the error stays the same within {:.2} % from {low:.3} to {high:.3}: the data hardly depend on it; \
+                 --fix it, or fit without '{}'",
+                100.0 * threshold,
+                fit.table.lobes().get(row.lobe).map_or("", String::as_str)
+            ),
+            parameter: Some(name),
+        });
+    }
+    warnings
+}
+
+/// A combination of several parameters that is known far worse than the others.
+fn ill_conditioned(fit: &Fit) -> Option<Warning> {
+    let covariance = fit.covariance.as_ref().filter(|c| c.condition > ILL_CONDITIONED)?;
+    let names = names_of(fit, &covariance.weakest);
+    Some(Warning {
+        kind: "ill-conditioned",
+        parameter: Some(names.first()?.clone()),
+        text: format!(
+            "condition number {:.0e}: together {} are known far worse than the rest; --fix or --tie one of them",
+            covariance.condition,
+            names.join(", ")
+        ),
+    })
+}
+
+/// Channels whose largest value is that of many samples: a detector that saturates.
+pub(super) fn saturated(channels: &[String], samples: &Samples) -> Option<Warning> {
+    let (least, share) = CUT_OFF;
+    let mut found: Vec<String> = Vec::new();
+    for (channel, row) in channels.iter().zip(&samples.values) {
+        let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mean = row.iter().sum::<f64>() / count(row.len().max(1));
+        let cut_off = row.iter().filter(|value| **value >= largest).count();
+        if cut_off >= least && count(cut_off) >= share * count(row.len()) && largest > STANDS_OUT * mean {
+            found.push(format!("{cut_off} values of {channel} are {largest:.6}"));
+        }
+    }
+    (!found.is_empty()).then(|| Warning {
+        kind: "saturated",
+        parameter: None,
+        text: format!(
+            "{}, the largest there is, as if the detector had been saturated: a peak that is cut off seems wider; leave these \
+             samples out, or measure them with less light",
+            found.join(", ")
+        ),
+    })
+}
+
+/// Parameters whose samples the loss discards.
+pub(super) fn discarded(fit: &Fit) -> Option<Warning> {
+    let rows = &fit.covariance.as_ref()?.discarded;
+    let names = names_of(fit, rows);
+    Some(Warning {
+        kind: "loss-discards",
+        parameter: Some(names.first()?.clone()),
+        text: format!(
+            "its error{} is not given, because the loss takes the samples that decide it for outliers: compare with \
+             --metric cbrt or log, or raise --loss-scale",
+            and_that_of(&names)
+        ),
+    })
+}
+
+/// Starts that end as well as the best with other shapes.
+pub(super) fn ties(fit: &Fit) -> Option<Warning> {
+    let best = fit.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let table = &fit.table;
+    // A shape that the data do not determine may end anywhere.
+    let known = |row: usize| fit.covariance.as_ref().is_some_and(|c| c.std_error(row).is_some());
+    let differing = |reached: &[(usize, f64)]| {
+        let pairs = reached.iter().zip(&best.reached);
+        let found = pairs.filter(|((row, value), (_, of_best))| {
+            known(*row) && table.rows().get(*row).is_some_and(|row| differ(row, *of_best, *value))
+        });
+        found.map(|((row, value), (_, of_best))| (*row, *value, *of_best)).next()
+    };
+    let rival = fit
+        .starts
+        .iter()
+        .filter(|start| start.cost <= best.cost * (1.0 + COST_RESOLUTION) && start.termination.converged())
+        .find_map(|start| differing(&start.reached).map(|found| (start.cost, found)));
+    let (cost, (row, value, of_best)) = rival?;
+    let name = table.name(row);
+    Some(Warning {
+        kind: "tied-starts",
+        text: format!(
+            "one start led to {of_best:.4}, another to {value:.4} at a cost only {:.3} % higher: the data do not choose \
+             between the two; compare them on other data, or choose with --init {name}=V",
+            100.0 * (cost / best.cost - 1.0)
+        ),
+        parameter: Some(name),
+    })
+}

@@ -1,0 +1,102 @@
+//! One row of the parameter table.
+
+use crate::model::{ParamSpec, Scale};
+use serde::Serialize;
+
+/// What the fit does with a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// It is fitted.
+    Free,
+    /// It keeps its value.
+    Fixed,
+    /// It follows the parameter in another row.
+    Tied(usize),
+}
+
+/// A parameter as reports show it.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParameterValue {
+    /// Full name.
+    pub name: String,
+    /// In `unit`.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// One number of the model: a parameter, for one channel where it is not shared.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Index of the lobe in the expression.
+    pub lobe: usize,
+    /// Index of the parameter in the lobe's declaration.
+    pub parameter: usize,
+    /// The declaration.
+    pub spec: ParamSpec,
+    /// Index of the channel; none for a shared parameter.
+    pub channel: Option<usize>,
+    /// Current value, in the parameter's unit.
+    pub value: f64,
+    /// Value that the fit started from.
+    pub initial: f64,
+    /// Whether the user gave that value.
+    pub given: bool,
+    /// Smallest and largest value.
+    pub bounds: (f64, f64),
+    /// Free, fixed or tied.
+    pub status: Status,
+}
+
+impl Row {
+    pub(super) fn coordinate(&self, value: f64) -> f64 {
+        match self.spec.scale {
+            Scale::Linear => value,
+            Scale::Log => value.ln(),
+            Scale::Square => value * value,
+        }
+    }
+
+    pub(super) fn value_at(&self, coordinate: f64) -> f64 {
+        match self.spec.scale {
+            Scale::Linear => coordinate,
+            Scale::Log => coordinate.exp(),
+            Scale::Square => coordinate.max(0.0).sqrt(),
+        }
+    }
+
+    /// d value/d coordinate at the current value.
+    #[must_use]
+    pub fn stretch(&self) -> f64 {
+        match self.spec.scale {
+            Scale::Linear => 1.0,
+            Scale::Log => self.value,
+            Scale::Square => 0.5 / self.value.max(self.least_square()),
+        }
+    }
+
+    /// Where the derivative with respect to the square is taken for values that are smaller: close enough to
+    /// 0 to change a model by no more than 1e-10 of itself, far enough for the quotient to keep its digits.
+    pub(super) fn least_square(&self) -> f64 {
+        1e-6 * self.spec.typical.1
+    }
+
+    /// Width of the range between the bounds, in the solver's coordinate.
+    pub(crate) fn width(&self) -> f64 {
+        self.coordinate(self.bounds.1) - self.coordinate(self.bounds.0)
+    }
+
+    /// Whether the value is at its lower bound, to rounding.
+    #[must_use]
+    pub fn at_lower(&self) -> bool {
+        let (lower, upper) = self.bounds;
+        self.value - lower <= 1e-12 * (upper - lower).min(lower.abs().max(1e-3))
+    }
+
+    /// Whether the value is at its upper bound, to rounding.
+    #[must_use]
+    pub fn at_upper(&self) -> bool {
+        let (lower, upper) = self.bounds;
+        upper - self.value <= 1e-12 * (upper - lower).min(upper.abs().max(1e-3))
+    }
+}

@@ -1,0 +1,600 @@
+//! The parameters of an expression for given channels: values, bounds, and which of them the fit moves.
+
+use super::row::{ParameterValue, Row, Status};
+use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
+use crate::error::Error;
+use crate::model::{Expression, Lobe, ParamSpec, Role, Scale, Sharing};
+
+/// Values within this ratio of each other are the same minimum.
+const SAME_VALUE: f64 = 0.05;
+
+/// Every number of a model, and which of them are free.
+#[derive(Clone, Debug)]
+pub struct ParameterTable {
+    pub(super) lobes: Vec<String>,
+    /// The model of each lobe, every choice spelled out.
+    pub(super) kinds: Vec<String>,
+    channels: Vec<String>,
+    pub(super) rows: Vec<Row>,
+    /// Per lobe and parameter: the row of each channel; one row alone for a shared parameter.
+    pub(super) places: Vec<Vec<Vec<usize>>>,
+    /// Rows of the free parameters, in order.
+    free: Vec<usize>,
+    products: Vec<Product>,
+}
+
+/// Two parameters of a lobe whose product is determined better than either of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Product {
+    /// Index of the lobe in the expression.
+    pub lobe: usize,
+    /// Index of one factor in the lobe's declaration.
+    pub first: usize,
+    /// Index of the other.
+    pub second: usize,
+}
+
+impl ParameterTable {
+    /// The parameters of `expression` for `channels`, with the user's `settings`. `isotropic` data do not
+    /// know the half vector's azimuth: parameters that only it tells apart are tied.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a setting that names nothing, or does not fit.
+    pub fn new(
+        expression: &Expression,
+        channels: &[String],
+        isotropic: bool,
+        settings: &Settings,
+    ) -> Result<Self, Error> {
+        let lobes: Vec<String> = expression.lobes().iter().map(|lobe| lobe.name.clone()).collect();
+        let mut specs: Vec<Vec<ParamSpec>> =
+            expression.lobes().iter().map(|lobe| lobe.model.parameters()).collect();
+        for (selector, setting) in settings {
+            let sharing = match setting {
+                Setting::PerChannel => Sharing::PerChannel,
+                Setting::Shared => Sharing::Shared,
+                _ => continue,
+            };
+            let (lobe, name, channel) = resolve(selector, &lobes, &specs, channels)?;
+            if channel.is_some() {
+                return Err(Error::Usage(format!("{selector}: expected a parameter without a channel")));
+            }
+            for (index, lobe_specs) in specs.iter_mut().enumerate() {
+                for spec in
+                    lobe_specs.iter_mut().filter(|s| s.name == name && lobe.is_none_or(|l| l == index))
+                {
+                    spec.sharing = sharing;
+                }
+            }
+        }
+
+        let mut table = Self {
+            lobes,
+            kinds: expression.lobes().iter().map(Lobe::canonical).collect(),
+            channels: channels.to_vec(),
+            rows: Vec::new(),
+            places: Vec::new(),
+            free: Vec::new(),
+            products: products(expression, &specs),
+        };
+        for (lobe, lobe_specs) in specs.iter().enumerate() {
+            let mut places = Vec::new();
+            for (parameter, spec) in lobe_specs.iter().enumerate() {
+                let first = table.rows.len();
+                let per_row: Vec<Option<usize>> = match spec.sharing {
+                    Sharing::Shared => vec![None],
+                    Sharing::PerChannel => (0..channels.len()).map(Some).collect(),
+                };
+                table.rows.extend(per_row.into_iter().map(|channel| Row {
+                    lobe,
+                    parameter,
+                    spec: spec.clone(),
+                    channel,
+                    value: spec.initial,
+                    initial: spec.initial,
+                    given: false,
+                    bounds: spec.bounds,
+                    status: if spec.fixed { Status::Fixed } else { Status::Free },
+                }));
+                places.push((first..table.rows.len()).collect());
+            }
+            table.places.push(places);
+        }
+        if isotropic {
+            table.tie_isotropic(settings, &specs)?;
+        }
+        for (selector, setting) in settings {
+            table.apply(selector, setting, &specs)?;
+        }
+        table.finish()?;
+        Ok(table)
+    }
+
+    /// Ties the parameters that only the half vector's azimuth tells apart, unless the user fixed them.
+    fn tie_isotropic(&mut self, settings: &Settings, specs: &[Vec<ParamSpec>]) -> Result<(), Error> {
+        let mut ties = Vec::new();
+        for (index, row) in self.rows.iter().enumerate() {
+            let Some(other) = row.spec.isotropic_as else { continue };
+            let target = self
+                .rows
+                .iter()
+                .position(|r| r.lobe == row.lobe && r.spec.name == other && r.channel == row.channel);
+            ties.extend(target.map(|target| (index, target)));
+        }
+        for (selector, setting) in settings {
+            if matches!(setting, Setting::Fix(_) | Setting::Set(_)) {
+                let rows = self.matching(selector, specs)?;
+                ties.retain(|(index, _)| !rows.contains(index));
+            }
+        }
+        for (index, target) in ties {
+            if let Some(row) = self.rows.get_mut(index) {
+                row.status = Status::Tied(target);
+            }
+        }
+        Ok(())
+    }
+
+    fn apply(
+        &mut self,
+        selector: &Selector,
+        setting: &Setting,
+        specs: &[Vec<ParamSpec>],
+    ) -> Result<(), Error> {
+        let rows = self.matching(selector, specs)?;
+        if let Setting::Tie(other) = setting {
+            let targets = self.matching(other, specs)?;
+            // `kd=kd.r` ties the other channels to red.
+            let rows: Vec<usize> = match targets.as_slice() {
+                [only] if rows.len() > 1 => rows.into_iter().filter(|row| row != only).collect(),
+                _ => rows,
+            };
+            return self.tie(selector, other, &rows, &targets);
+        }
+        for index in rows {
+            let Some(row) = self.rows.get_mut(index) else { continue };
+            match *setting {
+                Setting::Fix(value) => {
+                    row.value = value;
+                    row.given = true;
+                    row.status = Status::Fixed;
+                }
+                Setting::Init(value) | Setting::Set(value) => {
+                    row.value = value;
+                    row.given = true;
+                }
+                Setting::Bounds(lower, upper) => row.bounds = (lower, upper),
+                Setting::Free => row.status = Status::Free,
+                Setting::Tie(_) | Setting::PerChannel | Setting::Shared => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn tie(
+        &mut self,
+        selector: &Selector,
+        other: &Selector,
+        rows: &[usize],
+        targets: &[usize],
+    ) -> Result<(), Error> {
+        for &index in rows {
+            let channel = self.rows.get(index).and_then(|row| row.channel);
+            let same_channel = |target: &&usize| {
+                self.rows.get(**target).is_some_and(|t| t.channel == channel || t.channel.is_none())
+            };
+            // One value for all may be followed by every channel; otherwise channel follows channel.
+            let target = match targets {
+                [only] => Some(*only),
+                several => several.iter().find(same_channel).copied(),
+            };
+            match target {
+                Some(target) if target != index => {
+                    if let Some(row) = self.rows.get_mut(index) {
+                        row.status = Status::Tied(target);
+                    }
+                }
+                _ => {
+                    return Err(Error::Usage(format!(
+                        "--tie {selector}={other}: expected two different parameters with the same channels"
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks values against bounds, ties against each other, and lists what is free.
+    fn finish(&mut self) -> Result<(), Error> {
+        for index in 0..self.rows.len() {
+            let name = self.name(index);
+            let Some(row) = self.rows.get_mut(index) else { continue };
+            let (lower, upper) = row.bounds;
+            if lower.partial_cmp(&upper) != Some(std::cmp::Ordering::Less) {
+                return Err(Error::Usage(format!(
+                    "--bounds {name}: expected the lower bound below the upper, found {lower}..{upper}"
+                )));
+            }
+            if row.spec.scale == Scale::Square && lower < 0.0 {
+                return Err(Error::Usage(format!(
+                    "--bounds {name}: expected a lower bound of at least 0, found {lower}"
+                )));
+            }
+            if row.spec.scale == Scale::Log && lower <= 0.0 {
+                return Err(Error::Usage(format!(
+                    "--bounds {name}: expected a lower bound above 0, found {lower}"
+                )));
+            }
+            if row.given && !(row.value >= lower && row.value <= upper) {
+                return Err(Error::Usage(format!(
+                    "{name}: expected a value within its bounds {lower}..{upper}, found {}",
+                    row.value
+                )));
+            }
+            row.value = row.value.clamp(lower, upper);
+            row.initial = row.value;
+        }
+        // A tie may lead to another; a circle has no end.
+        for index in 0..self.rows.len() {
+            let mut target = index;
+            let mut steps = 0;
+            while let Some(Status::Tied(next)) = self.rows.get(target).map(|row| row.status) {
+                target = next;
+                steps += 1;
+                if steps > self.rows.len() {
+                    return Err(Error::Usage(format!("--tie {}: ties form a circle", self.name(index))));
+                }
+            }
+            if target != index
+                && let Some(row) = self.rows.get_mut(index)
+            {
+                row.status = Status::Tied(target);
+            }
+        }
+        self.free = (0..self.rows.len())
+            .filter(|index| self.rows.get(*index).is_some_and(|row| row.status == Status::Free))
+            .collect();
+        self.follow();
+        Ok(())
+    }
+
+    /// Gives tied rows the value of what they are tied to.
+    pub(super) fn follow(&mut self) {
+        for index in 0..self.rows.len() {
+            let Some(Status::Tied(target)) = self.rows.get(index).map(|row| row.status) else { continue };
+            if let Some((value, initial)) = self.rows.get(target).map(|t| (t.value, t.initial))
+                && let Some(row) = self.rows.get_mut(index)
+            {
+                row.value = value;
+                row.initial = initial;
+            }
+        }
+    }
+
+    /// All rows, lobe by lobe, parameter by parameter, channel by channel.
+    #[must_use]
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// Indices of the rows that are free, in order.
+    #[must_use]
+    pub fn free(&self) -> &[usize] {
+        &self.free
+    }
+
+    /// The free rows, in order.
+    pub fn free_rows(&self) -> impl Iterator<Item = &Row> {
+        self.free.iter().filter_map(|index| self.rows.get(*index))
+    }
+
+    /// Names of the lobes.
+    #[must_use]
+    pub fn lobes(&self) -> &[String] {
+        &self.lobes
+    }
+
+    /// Names of the channels.
+    #[must_use]
+    pub fn channels(&self) -> &[String] {
+        &self.channels
+    }
+
+    /// Full name of a row: `lobe.name`, `lobe.name.channel` or `lobe.name[700]`.
+    #[must_use]
+    pub fn name(&self, index: usize) -> String {
+        let Some(row) = self.rows.get(index) else { return String::new() };
+        let lobe = self.lobes.get(row.lobe).map_or("", String::as_str);
+        let base = format!("{lobe}.{}", row.spec.name);
+        match row.channel.and_then(|c| self.channels.get(c)) {
+            None => base,
+            Some(channel) => format!("{base}{}", channel_suffix(channel)),
+        }
+    }
+
+    /// Every parameter by its full name.
+    #[must_use]
+    pub fn parameter_values(&self) -> Vec<ParameterValue> {
+        let rows = self.rows.iter().enumerate();
+        rows.map(|(index, row)| ParameterValue {
+            name: self.name(index),
+            value: row.value,
+            unit: row.spec.unit.symbol(),
+        })
+        .collect()
+    }
+
+    /// Lobe and parameter of a row, without the channel.
+    #[must_use]
+    pub fn parameter_name(&self, row: &Row) -> String {
+        format!("{}.{}", self.lobes.get(row.lobe).map_or("", String::as_str), row.spec.name)
+    }
+
+    /// Pairs of parameters whose product is determined better than either of them.
+    #[must_use]
+    pub fn products(&self) -> &[Product] {
+        &self.products
+    }
+
+    /// Whether a lobe has a width: whether it is more than a diffuse base.
+    #[must_use]
+    pub fn has_width(&self, lobe: usize) -> bool {
+        self.rows.iter().any(|row| row.lobe == lobe && row.spec.sharper.is_some())
+    }
+
+    /// The rows that a parameter of a lobe occupies, one or one per channel.
+    #[must_use]
+    pub fn places(&self, lobe: usize, parameter: usize) -> &[usize] {
+        self.places.get(lobe).and_then(|p| p.get(parameter)).map_or(&[], Vec::as_slice)
+    }
+
+    /// The row that a parameter of a lobe takes its value from in a channel.
+    #[must_use]
+    pub fn place(&self, lobe: usize, parameter: usize, channel: usize) -> Option<usize> {
+        match self.places(lobe, parameter) {
+            [only] => Some(*only),
+            several => several.get(channel).copied(),
+        }
+    }
+
+    /// The row that a row stands for: itself, or what it is tied to.
+    #[must_use]
+    pub fn source(&self, index: usize) -> usize {
+        match self.rows.get(index).map(|row| row.status) {
+            Some(Status::Tied(target)) => target,
+            _ => index,
+        }
+    }
+
+    /// The free parameters in the solver's coordinates.
+    #[must_use]
+    pub fn coordinates(&self) -> Vec<f64> {
+        self.free_rows().map(|row| row.coordinate(row.value)).collect()
+    }
+
+    /// Bounds in the solver's coordinates.
+    #[must_use]
+    pub fn coordinate_bounds(&self) -> Vec<(f64, f64)> {
+        self.free_rows().map(|row| (row.coordinate(row.bounds.0), row.coordinate(row.bounds.1))).collect()
+    }
+
+    /// Moves the free parameters to the given coordinates, and what is tied to them along.
+    pub fn set_coordinates(&mut self, coordinates: &[f64]) {
+        for (index, coordinate) in self.free.clone().into_iter().zip(coordinates) {
+            if let Some(row) = self.rows.get_mut(index) {
+                let (lower, upper) = row.bounds;
+                // exp(ln(bound)) may miss the bound by an ulp.
+                row.value = if *coordinate <= row.coordinate(lower) {
+                    lower
+                } else if *coordinate >= row.coordinate(upper) {
+                    upper
+                } else {
+                    row.value_at(*coordinate).clamp(lower, upper)
+                };
+            }
+        }
+        self.follow();
+    }
+
+    /// The same table with values that are fitted by their square kept off 0, where derivatives vanish.
+    #[must_use]
+    pub(crate) fn off_zero(mut self) -> Self {
+        let of_square = |row: &&mut Row| row.spec.scale == Scale::Square && row.status == Status::Free;
+        for row in self.rows.iter_mut().filter(of_square) {
+            row.value = row.value.max(row.least_square());
+        }
+        self.follow();
+        self
+    }
+
+    /// Sets the value of one row, and of what is tied to it.
+    pub fn set_value(&mut self, index: usize, value: f64) {
+        if let Some(row) = self.rows.get_mut(index) {
+            row.value = value.clamp(row.bounds.0, row.bounds.1);
+        }
+        self.follow();
+    }
+
+    /// Declares the current values to be those that the fit starts from.
+    pub fn start_here(&mut self) {
+        self.rows.iter_mut().for_each(|row| row.initial = row.value);
+    }
+
+    /// The same table with every row of a role held at its value.
+    #[must_use]
+    pub fn with_fixed(&self, role: Role) -> Self {
+        let mut table = self.clone();
+        for row in table.rows.iter_mut().filter(|row| row.spec.role == role && row.status == Status::Free) {
+            row.status = Status::Fixed;
+        }
+        table.free.retain(|index| table.rows.get(*index).is_some_and(|row| row.status == Status::Free));
+        table
+    }
+
+    /// The same table with further rows free.
+    #[must_use]
+    pub fn with_freed(&self, indices: &[usize]) -> Self {
+        let mut table = self.clone();
+        for index in indices {
+            if let Some(row) = table.rows.get_mut(*index) {
+                row.status = Status::Free;
+            }
+        }
+        table.free = (0..table.rows.len())
+            .filter(|index| table.rows.get(*index).is_some_and(|row| row.status == Status::Free))
+            .collect();
+        table
+    }
+
+    /// Shapes and amplitudes of every lobe for one channel, in formula units.
+    #[must_use]
+    pub fn formula_values(&self, channel: usize) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let of_role = |lobe: usize, role: Role| -> Vec<f64> {
+            let parameters = self.places.get(lobe).map_or(0, Vec::len);
+            (0..parameters)
+                .filter_map(|parameter| self.place(lobe, parameter, channel))
+                .filter_map(|index| self.rows.get(index))
+                .filter(|row| row.spec.role == role)
+                .map(|row| row.value * row.spec.unit.factor(row.channel))
+                .collect()
+        };
+        (0..self.lobes.len())
+            .map(|lobe| (of_role(lobe, Role::Shape), of_role(lobe, Role::Amplitude)))
+            .collect()
+    }
+
+    fn matching(&self, selector: &Selector, specs: &[Vec<ParamSpec>]) -> Result<Vec<usize>, Error> {
+        let (lobe, name, channel) = resolve(selector, &self.lobes, specs, &self.channels)?;
+        let rows: Vec<usize> = self
+            .rows
+            .iter()
+            .enumerate()
+            .filter(|(_, row)| row.spec.name == name && lobe.is_none_or(|l| l == row.lobe))
+            .filter(|(_, row)| channel.is_none() || row.channel == channel)
+            .map(|(index, _)| index)
+            .collect();
+        if rows.is_empty() {
+            return Err(Error::Usage(format!(
+                "{selector}: '{name}' is shared by all channels: name it without one, or add --per-channel {name}"
+            )));
+        }
+        Ok(rows)
+    }
+}
+
+/// The products that the models of an expression declare.
+fn products(expression: &Expression, specs: &[Vec<ParamSpec>]) -> Vec<Product> {
+    let mut products = Vec::new();
+    for (lobe, (Lobe { model, .. }, specs)) in expression.lobes().iter().zip(specs).enumerate() {
+        let position = |name: &str| specs.iter().position(|spec| spec.name == name);
+        for (first, second) in model.products() {
+            if let (Some(first), Some(second)) = (position(first), position(second)) {
+                products.push(Product { lobe, first, second });
+            }
+        }
+    }
+    products
+}
+
+/// Whether two sets of shapes are different minima.
+pub(crate) fn shapes_differ(table: &ParameterTable, a: &[(usize, f64)], b: &[(usize, f64)]) -> bool {
+    a.iter().zip(b).any(|((row, x), (_, y))| table.rows().get(*row).is_some_and(|row| differ(row, *x, *y)))
+}
+
+/// Whether two values of a shape belong to different minima.
+pub(crate) fn differ(row: &Row, x: f64, y: f64) -> bool {
+    match row.spec.scale {
+        Scale::Log => (x / y).ln().abs() > SAME_VALUE,
+        Scale::Linear | Scale::Square => {
+            (x - y).abs() > SAME_VALUE * (row.spec.typical.1 - row.spec.typical.0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(settings: &[(&str, Setting)]) -> Result<ParameterTable, Error> {
+        let expression = Expression::parse("lambert + cook-torrance + cook-torrance").unwrap();
+        let channels = ["r", "g", "550"].map(str::to_owned);
+        let settings = settings.iter().map(|(name, s)| (Selector::parse(name).unwrap(), s.clone())).collect();
+        ParameterTable::new(&expression, &channels, false, &settings)
+    }
+
+    fn value(table: &ParameterTable, name: &str) -> f64 {
+        let index = (0..table.rows().len()).find(|i| table.name(*i) == name).unwrap();
+        table.rows()[index].value
+    }
+
+    #[test]
+    fn names_select_rows() {
+        let t = table(&[
+            ("kd", Setting::Set(0.5)),
+            ("lambert.kd.g", Setting::Set(0.6)),
+            ("kd[550]", Setting::Set(0.7)),
+            ("cook-torrance#2.m", Setting::Set(0.8)),
+        ])
+        .unwrap();
+        assert_eq!(value(&t, "lambert.kd.r"), 0.5);
+        assert_eq!(value(&t, "lambert.kd.g"), 0.6);
+        assert_eq!(value(&t, "lambert.kd[550]"), 0.7);
+        assert_eq!(value(&t, "cook-torrance#2.m"), 0.8);
+        assert_eq!(value(&t, "cook-torrance.m"), 0.2);
+    }
+
+    #[test]
+    fn ties_follow() {
+        let q = Selector::parse("cook-torrance.f0").unwrap();
+        let mut t = table(&[("cook-torrance#2.f0", Setting::Tie(q))]).unwrap();
+        let f0 = (0..t.rows().len()).find(|i| t.name(*i) == "cook-torrance.f0.g").unwrap();
+        t.set_value(f0, 0.3);
+        assert_eq!(value(&t, "cook-torrance#2.f0.g"), 0.3);
+        assert!(t.free().iter().all(|i| !t.name(*i).starts_with("cook-torrance#2.f0")));
+    }
+
+    #[test]
+    fn the_sharpest_lobe_comes_first() {
+        let set = |t: &mut ParameterTable, name: &str, value: f64| {
+            let index = (0..t.rows().len()).find(|i| t.name(*i) == name).unwrap();
+            t.set_value(index, value);
+        };
+        let mut t = table(&[]).unwrap();
+        set(&mut t, "cook-torrance.m", 0.5);
+        set(&mut t, "cook-torrance.f0.g", 0.7);
+        set(&mut t, "cook-torrance#2.m", 0.1);
+        assert!(t.sort_lobes());
+        assert_eq!(value(&t, "cook-torrance.m"), 0.1);
+        assert_eq!(value(&t, "cook-torrance#2.m"), 0.5);
+        assert_eq!(value(&t, "cook-torrance#2.f0.g"), 0.7);
+        assert!(!t.sort_lobes());
+        // A bound of its own gives a lobe its place; a tie between the two does not.
+        let mut t = table(&[("cook-torrance.m", Setting::Bounds(0.3, 1.0))]).unwrap();
+        set(&mut t, "cook-torrance#2.m", 0.1);
+        assert!(!t.sort_lobes());
+        let q = Selector::parse("cook-torrance.f0").unwrap();
+        let mut t = table(&[("cook-torrance#2.f0", Setting::Tie(q))]).unwrap();
+        set(&mut t, "cook-torrance#2.m", 0.1);
+        set(&mut t, "cook-torrance.f0.g", 0.7);
+        assert!(t.sort_lobes());
+        assert_eq!(value(&t, "cook-torrance#2.f0.g"), 0.7);
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for (name, setting, words) in [
+            ("m", Setting::Free, "several lobes"),
+            ("q", Setting::Free, "found 'q'"),
+            ("cook-torrance#3.m", Setting::Free, "found 'cook-torrance#3'"),
+            ("lambert.kd.x", Setting::Free, "found 'x'"),
+            ("cook-torrance.m.r", Setting::Free, "shared by all channels"),
+            ("kd", Setting::Bounds(1.0, 0.5), "lower bound below the upper"),
+            ("kd", Setting::Fix(7.0), "within its bounds"),
+            ("cook-torrance.m", Setting::Bounds(0.0, 0.5), "above 0"),
+            ("kd", Setting::Tie(Selector::parse("kd").unwrap()), "two different"),
+        ] {
+            let message = table(&[(name, setting)]).unwrap_err().to_string();
+            assert!(message.contains(words), "{name}: {message}");
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! A problem on part of the data that has the gradient of the whole.
+
+use super::least_squares::{LeastSquares, Linearisation};
+use nalgebra::DVector;
+
+/// The cost on part of the samples plus a linear function that gives it the gradient of the whole at one point.
+pub(crate) struct Corrected<'p, P> {
+    part: &'p P,
+    /// Half the gradient of the whole less that of the part.
+    slope: DVector<f64>,
+    /// Where they were computed.
+    origin: DVector<f64>,
+    /// Lengths of the part's columns there.
+    scale: DVector<f64>,
+}
+
+/// Rows that carry the correction are so much shorter than the columns: the square is what they falsify the
+/// curvature by.
+const CORRECTION_SHARE: f64 = 1e-4;
+
+impl<'p, P: LeastSquares> Corrected<'p, P> {
+    pub(crate) fn new(part: &'p P, whole: &Linearisation, origin: &DVector<f64>) -> Self {
+        let n = origin.len();
+        let of_part = part.linearise(origin);
+        let nowhere = DVector::zeros(n);
+        Self {
+            part,
+            slope: whole.slope_at(&nowhere) - of_part.slope_at(&nowhere),
+            origin: origin.clone(),
+            scale: of_part.column_lengths(n),
+        }
+    }
+}
+
+impl<P: LeastSquares> LeastSquares for Corrected<'_, P> {
+    fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+        let mut model = self.part.linearise(x);
+        model.cost += 2.0 * self.slope.dot(&(x - &self.origin));
+        // A row with the entry e and the residual s/e has the gradient s. It goes to a block that knows the
+        // parameter already, so that blocks stay as independent as they were.
+        let mut carried = vec![false; x.len()];
+        for rows in &mut model.blocks {
+            for (local, column) in rows.columns.clone().into_iter().enumerate() {
+                let (Some(carried), Some(slope), Some(scale)) =
+                    (carried.get_mut(column), self.slope.get(column), self.scale.get(column))
+                else {
+                    continue;
+                };
+                let entry = CORRECTION_SHARE * scale;
+                if !std::mem::replace(carried, true) && entry > 0.0 {
+                    let last = rows.residual.len();
+                    rows.jacobian = std::mem::take(&mut rows.jacobian).insert_row(last, 0.0);
+                    rows.residual = std::mem::take(&mut rows.residual).insert_row(last, slope / entry);
+                    rows.jacobian.get_mut((last, local)).into_iter().for_each(|place| *place = entry);
+                }
+            }
+        }
+        model
+    }
+
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        self.part.bounds()
+    }
+
+    fn cost_floor(&self) -> f64 {
+        self.part.cost_floor()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::test_problems::{Decay, decays};
+    use crate::solver::{Limits, Tolerances, minimise};
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn a_correction_carries_the_gradient_of_the_whole() {
+        let (whole, part) = (decays(1), decays(7));
+        let x = DVector::from_vec(vec![4.0, 1.3]);
+        let model = whole.linearise(&x);
+        let corrected = Corrected::new(&part, &model, &x);
+        let (wanted, found) =
+            (model.slope_at(&DVector::zeros(2)), corrected.linearise(&x).slope_at(&DVector::zeros(2)));
+        assert_relative_eq!(wanted, found, max_relative = 1e-10);
+        // The cost has the same gradient as the rows, elsewhere too.
+        let (there, step) = (DVector::from_vec(vec![4.2, 1.2]), 1e-5);
+        let slope = corrected.linearise(&there).slope_at(&DVector::zeros(2));
+        for axis in 0..2 {
+            let cost = |shift: f64| {
+                let mut moved = there.clone();
+                moved[axis] += shift;
+                corrected.linearise(&moved).cost
+            };
+            assert_relative_eq!(
+                (cost(step) - cost(-step)) / (2.0 * step),
+                2.0 * slope[axis],
+                max_relative = 1e-6
+            );
+        }
+    }
+
+    #[test]
+    fn corrections_lead_from_the_minimum_of_a_part_to_that_of_the_whole() {
+        let (whole, part) = (decays(1), decays(3));
+        let start = DVector::from_vec(vec![1.0, 1.0]);
+        let solve = |problem: &Decay| {
+            minimise(problem, start.clone(), Tolerances::default(), Limits::default()).unwrap().x
+        };
+        let tight = Tolerances { step: 1e-11, cost: 1e-14, gradient: 1e-14, refinements: 0 };
+        let (wanted, mut x) = (solve(&whole), solve(&part));
+        let mut distance = (&x - &wanted).norm();
+        assert!(distance > 1e-3);
+        for _ in 0..3 {
+            let corrected = Corrected::new(&part, &whole.linearise(&x), &x);
+            x = minimise(&corrected, x.clone(), tight, Limits::default()).unwrap().x;
+            let closer = (&x - &wanted).norm();
+            assert!(closer < 0.1 * distance, "{closer:e} after {distance:e}");
+            distance = closer;
+        }
+    }
+}

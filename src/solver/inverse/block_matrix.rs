@@ -1,0 +1,112 @@
+//! Symmetric matrices over all parameters that take space and time in proportion to their number.
+
+use nalgebra::{DMatrix, DVector};
+
+/// A symmetric matrix of blocks on the diagonal and a product of a few columns: B + L R^T.
+///
+/// Covariances of parameters that belong to channels and a few shared ones have this form: what a channel's
+/// own parameters have in common with others, they have by way of the shared ones.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockMatrix {
+    /// Per row, which block it belongs to and its place there; none if there is only the product.
+    places: Vec<Option<(usize, usize)>>,
+    blocks: Vec<DMatrix<f64>>,
+    /// L^T and R^T, with a column per row of the matrix; L R^T is symmetric.
+    left: DMatrix<f64>,
+    right: DMatrix<f64>,
+}
+
+impl BlockMatrix {
+    pub(crate) fn new(
+        places: Vec<Option<(usize, usize)>>,
+        blocks: Vec<DMatrix<f64>>,
+        left: DMatrix<f64>,
+        right: DMatrix<f64>,
+    ) -> Self {
+        debug_assert!(places.len() == left.ncols() && left.shape() == right.shape());
+        Self { places, blocks, left, right }
+    }
+
+    /// The inner products of columns.
+    pub(crate) fn products(columns: DMatrix<f64>) -> Self {
+        Self::new(vec![None; columns.ncols()], Vec::new(), columns.clone(), columns)
+    }
+
+    /// Number of rows.
+    pub(crate) fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// A block on the diagonal, without its part of the product.
+    pub(crate) fn block(&self, index: usize) -> Option<&DMatrix<f64>> {
+        self.blocks.get(index)
+    }
+
+    /// L^T and R^T.
+    pub(crate) fn factors(&self) -> (&DMatrix<f64>, &DMatrix<f64>) {
+        (&self.left, &self.right)
+    }
+
+    /// The entry in row `i` and column `j`, the same as in row `j` and column `i`.
+    pub(crate) fn entry(&self, i: usize, j: usize) -> Option<f64> {
+        let (i, j) = (i.min(j), i.max(j));
+        let (at_i, at_j) = (self.places.get(i)?, self.places.get(j)?);
+        let mut entry = self.left.column(i).iter().zip(self.right.column(j).iter()).map(|(l, r)| l * r).sum();
+        if let (Some((block, row)), Some((other, column))) = (at_i, at_j)
+            && block == other
+        {
+            entry += self.blocks.get(*block)?.get((*row, *column))?;
+        }
+        Some(entry)
+    }
+
+    /// d^T M d of a vector that is zero but for some entries, each at its own place.
+    pub(crate) fn square(&self, d: &[(usize, f64)]) -> f64 {
+        let with_all = |(i, x): &(usize, f64)| {
+            let with = |(j, y): &(usize, f64)| x * y * self.entry(*i, *j).unwrap_or(0.0);
+            d.iter().map(with).sum::<f64>()
+        };
+        d.iter().map(with_all).sum()
+    }
+
+    /// M v.
+    pub(crate) fn times(&self, v: &DVector<f64>) -> DVector<f64> {
+        let mut result = self.left.tr_mul(&(&self.right * v));
+        let mut parts: Vec<DVector<f64>> = self.blocks.iter().map(|b| DVector::zeros(b.ncols())).collect();
+        for (place, value) in self.places.iter().zip(v.iter()) {
+            let Some((block, k)) = place else { continue };
+            parts
+                .get_mut(*block)
+                .and_then(|part| part.get_mut(*k))
+                .into_iter()
+                .for_each(|entry| *entry = *value);
+        }
+        let parts: Vec<DVector<f64>> =
+            self.blocks.iter().zip(parts).map(|(block, part)| block * part).collect();
+        for (place, entry) in self.places.iter().zip(result.iter_mut()) {
+            let part = place.and_then(|(block, k)| parts.get(block)?.get(k));
+            *entry += part.copied().unwrap_or(0.0);
+        }
+        result
+    }
+
+    /// Each entry times the units of its row and of its column.
+    pub(crate) fn in_units(mut self, units: &DVector<f64>) -> Self {
+        for factor in [&mut self.left, &mut self.right] {
+            factor.column_iter_mut().zip(units.iter()).for_each(|(mut column, unit)| column *= *unit);
+        }
+        for (place, unit) in self.places.iter().zip(units.iter()) {
+            let Some((block, k)) = place else { continue };
+            if let Some(block) = self.blocks.get_mut(*block) {
+                block.row_mut(*k).scale_mut(*unit);
+                block.column_mut(*k).scale_mut(*unit);
+            }
+        }
+        self
+    }
+
+    /// All entries.
+    pub(crate) fn dense(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.len(), self.len(), |i, j| self.entry(i, j).unwrap_or(0.0))
+    }
+}

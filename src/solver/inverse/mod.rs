@@ -1,0 +1,6 @@
+//! The inverse of J^T J at the minimum, and which directions the rows do not determine.
+
+pub(crate) mod arrow;
+pub(crate) mod block_matrix;
+mod lanczos;
+mod svd;

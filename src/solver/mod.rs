@@ -1,0 +1,22 @@
+//! Nonlinear least squares within bounds, whatever the problem is about.
+//!
+//! A problem says what its sum of squares and its linear model are at a point ([`LeastSquares`], with an example);
+//! [`minimise`] goes down from there by Levenberg and Marquardt's method. Rows of the Jacobian come in blocks, and what
+//! only one block knows is eliminated there, so that problems with many channels stay cheap.
+
+mod argmin_solvers;
+pub(crate) mod bounded_step;
+pub(crate) mod corrected;
+pub(crate) mod inverse;
+mod least_squares;
+mod levenberg_marquardt;
+pub(crate) mod remembered;
+mod termination;
+#[cfg(test)]
+mod test_problems;
+pub(crate) mod triangle;
+
+pub use argmin_solvers::{SolverKind, minimise_with};
+pub use least_squares::{LeastSquares, Linearisation, Rows};
+pub use levenberg_marquardt::{LevenbergMarquardt, minimise};
+pub use termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};

@@ -1,0 +1,134 @@
+//! Compressing a stream of Jacobian rows to a triangular factor.
+
+use super::least_squares::Rows;
+use nalgebra::{DMatrix, DVector};
+
+/// The upper triangular factor of all rows appended so far, by Householder reflections.
+///
+/// Of a matrix with `n` columns only R with R^T R = J^T J is kept, whatever the number of rows; its
+/// entries keep twice the digits that the normal matrix J^T J would (Golub and Van Loan 2013, 5.2 and
+/// 6.5).
+#[derive(Clone, Debug)]
+pub(crate) struct Triangle {
+    columns: usize,
+    /// Row k holds columns k..n.
+    rows: Vec<Vec<f64>>,
+}
+
+impl Triangle {
+    pub(crate) fn new(columns: usize) -> Self {
+        Self { columns, rows: (0..columns).map(|k| vec![0.0; columns - k]).collect() }
+    }
+
+    /// Row `k`, from its diagonal on.
+    pub(crate) fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+
+    /// Appends rows given column by column; the columns are used as working space.
+    #[inline(always)]
+    pub(crate) fn append<C: AsRef<[f64]> + AsMut<[f64]>>(&mut self, columns: &mut [C]) {
+        debug_assert_eq!(columns.len(), self.columns);
+        for (k, row) in self.rows.iter_mut().enumerate() {
+            let Some((current, later)) = columns.get_mut(k..).and_then(<[_]>::split_first_mut) else {
+                return;
+            };
+            let current = current.as_ref();
+            let Some((diagonal, rest)) = row.split_first_mut() else { return };
+            let below = dot(current, current);
+            if below == 0.0 {
+                continue;
+            }
+            // Reflects (diagonal, current) to (-sign(diagonal) length, 0).
+            let length = (*diagonal * *diagonal + below).sqrt();
+            let target = if *diagonal > 0.0 { -length } else { length };
+            let head = *diagonal - target;
+            // v^T v / 2 with v = (head, current)
+            let half_norm = target * (target - *diagonal);
+            *diagonal = target;
+            for (entry, column) in rest.iter_mut().zip(later) {
+                let column = column.as_mut();
+                let factor = (head * *entry + dot(current, column)) / half_norm;
+                *entry -= factor * head;
+                for (value, reflected) in column.iter_mut().zip(current.iter()) {
+                    *value -= factor * reflected;
+                }
+            }
+        }
+    }
+
+    /// The factor of a Jacobian, whose parameters `columns` names, and of the residuals behind them.
+    pub(crate) fn as_rows(&self, columns: &[usize]) -> Rows {
+        let n = columns.len();
+        let entry = |row: usize, column: usize| {
+            let offset = column.checked_sub(row);
+            self.rows.get(row).zip(offset).and_then(|(e, o)| e.get(o)).copied().unwrap_or(0.0)
+        };
+        Rows {
+            columns: columns.to_vec(),
+            jacobian: DMatrix::from_fn(n, n, entry),
+            residual: DVector::from_fn(n, |row, _| entry(row, n)),
+        }
+    }
+
+    /// Appends the rows of another factor.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        let mut columns: Vec<Vec<f64>> = (0..self.columns)
+            .map(|j| {
+                let entry = |(k, row): (usize, &Vec<f64>)| {
+                    j.checked_sub(k).and_then(|offset| row.get(offset)).copied().unwrap_or(0.0)
+                };
+                other.rows.iter().enumerate().map(entry).collect()
+            })
+            .collect();
+        self.append(&mut columns);
+    }
+}
+
+/// Inner product in sixteen strands, which the compiler can keep in vector registers; the order of
+/// summation is fixed.
+#[inline(always)]
+pub(crate) fn dot(a: &(impl AsRef<[f64]> + ?Sized), b: &(impl AsRef<[f64]> + ?Sized)) -> f64 {
+    let (a_chunks, a_rest) = a.as_ref().as_chunks::<16>();
+    let (b_chunks, b_rest) = b.as_ref().as_chunks::<16>();
+    let mut strands = [0.0; 16];
+    for (x, y) in a_chunks.iter().zip(b_chunks) {
+        for ((strand, x), y) in strands.iter_mut().zip(x).zip(y) {
+            *strand += x * y;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+    // In pairs: a chain of sums would wait for each.
+    let mut half = strands.len() / 2;
+    while half > 0 {
+        let (low, high) = strands.split_at_mut(half);
+        low.iter_mut().zip(high).for_each(|(low, high)| *low += *high);
+        half /= 2;
+    }
+    strands[0] + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::count;
+    use nalgebra::DMatrix;
+
+    #[test]
+    fn keeps_the_normal_matrix() {
+        let rows = 37;
+        let entry = |i: usize, j: usize| count((i * 7 + j * 13) % 11) - 4.0 + 0.1 * count(j);
+        let full = DMatrix::from_fn(rows, 4, entry);
+        let (mut first, mut second) = (Triangle::new(4), Triangle::new(4));
+        let columns = |range: std::ops::Range<usize>| -> Vec<Vec<f64>> {
+            (0..4).map(|j| range.clone().map(|i| entry(i, j)).collect()).collect()
+        };
+        first.append(&mut columns(0..10));
+        first.append(&mut columns(10..11));
+        second.append(&mut columns(11..rows));
+        first.merge(&second);
+        let r = DMatrix::from_fn(4, 4, |i, j| if j >= i { first.rows()[i][j - i] } else { 0.0 });
+        let difference = r.transpose() * r - full.transpose() * full;
+        assert!(difference.amax() < 1e-11, "{difference}");
+    }
+}
