@@ -1,8 +1,9 @@
 //! `brdfit models`: the zoo.
 
-use super::cost::{Cost, cost};
-use super::output::json;
-use super::{Outcome, say};
+use crate::cli::cost::{Cost, cost};
+use crate::cli::messages::say;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::json;
 use brdfit::Error;
 use brdfit::error::excerpt;
 use brdfit::model::{AnyModel, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};

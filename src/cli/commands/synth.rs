@@ -1,10 +1,11 @@
 //! `brdfit synth`: makes a synthetic measurement.
 
-use super::heightfield::{HeightfieldArguments, Surface, traced_table};
-use super::input::checked_max_theta;
-use super::output::{Output, spares};
-use super::settings::values;
-use super::{Outcome, say};
+use crate::cli::heightfield::{HeightfieldArguments, Surface, traced_table};
+use crate::cli::input::checked_max_theta;
+use crate::cli::messages::say;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, spares};
+use crate::cli::settings::values;
 use brdfit::Error;
 use brdfit::error::excerpt;
 use brdfit::fit::{ParameterTable, Setting, Settings};

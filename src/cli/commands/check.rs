@@ -1,11 +1,12 @@
 //! `brdfit check`: whether a model or a measurement obeys physics, and how well a model computes.
 
-use super::input::ReadArguments;
-use super::output::json;
-use super::progress::Bar;
-use super::settings::{ranges, values};
 use super::synth::channels;
-use super::{Outcome, remark, say};
+use crate::cli::input::ReadArguments;
+use crate::cli::messages::{remark, say};
+use crate::cli::outcome::Outcome;
+use crate::cli::output::json;
+use crate::cli::progress::Bar;
+use crate::cli::settings::{ranges, values};
 use brdfit::Error;
 use brdfit::fit::{ParameterTable, Setting};
 use brdfit::health::{Effort, Finding, measurement, measurement_table, model, model_table};

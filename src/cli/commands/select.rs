@@ -1,10 +1,11 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 
 use super::fit::{ReportArguments, at_least_one, threads};
-use super::input::{ReadArguments, SampleArguments};
-use super::output::{Output, json};
-use super::progress::Bar;
-use super::{Outcome, say};
+use crate::cli::input::{ReadArguments, SampleArguments};
+use crate::cli::messages::say;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, json};
+use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Options;
 use brdfit::image::{absolute_difference, delta_e_2000, exr, false_colour, png, side_by_side};

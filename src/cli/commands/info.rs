@@ -1,8 +1,9 @@
 //! `brdfit info`: what a file holds.
 
-use super::input::ReadArguments;
-use super::output::json;
-use super::{Outcome, remark, say};
+use crate::cli::input::ReadArguments;
+use crate::cli::messages::{remark, say};
+use crate::cli::outcome::Outcome;
+use crate::cli::output::json;
 use brdfit::Error;
 use brdfit::measurement::formats::genuine_merl;
 use brdfit::measurement::{ALBEDO_LIMIT_DEG, Coverage, Measurement, coverage};

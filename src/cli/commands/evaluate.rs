@@ -1,10 +1,11 @@
 //! `brdfit evaluate`: scores given parameters, without a fit.
 
 use super::fit::ReportArguments;
-use super::input::{ReadArguments, SampleArguments};
-use super::output::{Output, json};
-use super::settings::{ranges, values};
-use super::{Outcome, say, show};
+use crate::cli::input::{ReadArguments, SampleArguments};
+use crate::cli::messages::{say, show};
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, json};
+use crate::cli::settings::{ranges, values};
 use brdfit::Error;
 use brdfit::fit::{Options, Setting, evaluate};
 use brdfit::model::Expression;
