@@ -2,15 +2,11 @@
 
 mod commands;
 mod cost;
-mod heightfield;
-mod input;
-mod loss;
 mod messages;
+mod options;
 mod outcome;
 mod output;
 mod progress;
-mod settings;
-mod trust;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser};

@@ -19,7 +19,7 @@ use serde_json::Value;
 use std::path::Path;
 
 // The command line's own reading of `--fix P=V` and the like: it is not in the library.
-#[path = "../../src/cli/settings.rs"]
+#[path = "../../src/cli/options/settings.rs"]
 #[allow(dead_code, unreachable_pub)]
 mod settings;
 

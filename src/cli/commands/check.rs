@@ -1,12 +1,12 @@
 //! `brdfit check`: whether a model or a measurement obeys physics, and how well a model computes.
 
-use super::synth::channels;
-use crate::cli::input::ReadArguments;
 use crate::cli::messages::{remark, say};
+use crate::cli::options::channels::channels;
+use crate::cli::options::input::ReadArguments;
+use crate::cli::options::settings::{ranges, values};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use crate::cli::progress::Bar;
-use crate::cli::settings::{ranges, values};
 use brdfit::Error;
 use brdfit::fit::{ParameterTable, Setting};
 use brdfit::health::{Effort, Finding, measurement, measurement_table, model, model_table};

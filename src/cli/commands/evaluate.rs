@@ -1,11 +1,11 @@
 //! `brdfit evaluate`: scores given parameters, without a fit.
 
-use super::fit::ReportArguments;
-use crate::cli::input::{ReadArguments, SampleArguments};
 use crate::cli::messages::{say, show};
+use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::report::ReportArguments;
+use crate::cli::options::settings::{ranges, values};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
-use crate::cli::settings::{ranges, values};
 use brdfit::Error;
 use brdfit::fit::{Options, Setting, evaluate};
 use brdfit::model::Expression;

@@ -2,20 +2,21 @@
 
 use super::fit_outputs::Outputs;
 use super::read_ahead::{Input, read_ahead};
-use crate::cli::input::{ReadArguments, SampleArguments};
-use crate::cli::loss::LossArguments;
 use crate::cli::messages::{complain, say, show};
+use crate::cli::options::fitting::FittingArguments;
+use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::loss::LossArguments;
+use crate::cli::options::report::ReportArguments;
+use crate::cli::options::settings::SettingArguments;
+use crate::cli::options::threads::{at_least_one, threads};
 use crate::cli::outcome::Outcome;
-use crate::cli::output::{json, spares};
+use crate::cli::output::json;
 use crate::cli::progress::Bar;
-use crate::cli::settings::SettingArguments;
-use crate::cli::trust::TrustArguments;
 use brdfit::Error;
 use brdfit::fit::{Options, Progress, Termination};
 use brdfit::model::Expression;
 use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
 use clap::Args;
-use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,7 +41,7 @@ pub struct Arguments {
     #[command(flatten)]
     loss: LossArguments,
     #[command(flatten)]
-    trust: TrustArguments,
+    fitting: FittingArguments,
     #[command(flatten)]
     read: ReadArguments,
     /// Stop after so many seconds with the best so far
@@ -49,42 +50,6 @@ pub struct Arguments {
     /// Threads; by default one per core
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     threads: Option<usize>,
-}
-
-/// Where the report goes.
-#[derive(Args)]
-pub struct ReportArguments {
-    /// Write the JSON report here too; '-' for standard output, a folder for one file per input
-    #[arg(short, long, value_name = "OUT")]
-    output: Option<PathBuf>,
-    /// JSON on standard output instead of the table
-    #[arg(long)]
-    json: bool,
-    /// No table, no progress
-    #[arg(short, long)]
-    quiet: bool,
-}
-
-impl ReportArguments {
-    /// Whether JSON goes to standard output, alone.
-    pub fn json_alone(&self) -> bool {
-        self.json || self.output.as_deref() == Some(Path::new("-"))
-    }
-
-    /// Whether nothing but the result is wanted.
-    pub fn quiet(&self) -> bool {
-        self.quiet
-    }
-
-    /// Refuses to replace a measurement by its report.
-    pub fn check_inputs(&self, inputs: &[PathBuf]) -> Result<(), Error> {
-        spares(inputs, "-o", self.file())
-    }
-
-    /// The file to write.
-    pub fn file(&self) -> Option<&Path> {
-        self.output.as_deref().filter(|path| *path != Path::new("-"))
-    }
 }
 
 /// Runs the subcommand.
@@ -137,17 +102,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(if good { Outcome::Good } else { Outcome::NotUsable })
 }
 
-/// So many threads; one per core if 0.
-pub fn threads(number: usize) -> Result<ThreadPool, Error> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(number).build();
-    pool.map_err(|e| Error::Usage(format!("--threads: {e}")))
-}
-
-/// A whole number of at least 1.
-pub fn at_least_one(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "expected a whole number of at least 1".to_owned())
-}
-
 fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
     let deadline = arguments
         .timeout
@@ -160,7 +114,7 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
         })
         .transpose()?
         .flatten();
-    arguments.trust.apply(arguments.loss.apply(Options {
+    arguments.fitting.apply(arguments.loss.apply(Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
         settings: arguments.settings.settings()?,
@@ -262,13 +216,13 @@ impl Run<'_> {
         let fit_one = |expression| {
             let fitting = Instant::now();
             let progress: Arc<dyn Progress> = Arc::clone(&self.bar) as Arc<dyn Progress>;
-            let fitted = arguments.trust.fit(measurement, expression, options, &progress)?;
+            let fitted = arguments.fitting.fit(measurement, expression, options, &progress)?;
             let fit = fitting.elapsed().as_secs_f64();
             let threads = rayon::current_num_threads();
             let circumstances = Circumstances {
                 metric: options.metric,
                 max_theta_deg: options.filters.max_theta_deg,
-                options: arguments.trust.record(
+                options: arguments.fitting.record(
                     &fitted,
                     arguments.loss.record(
                         &fitted,

@@ -1,7 +1,7 @@
 //! `brdfit info`: what a file holds.
 
-use crate::cli::input::ReadArguments;
 use crate::cli::messages::{remark, say};
+use crate::cli::options::input::ReadArguments;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;

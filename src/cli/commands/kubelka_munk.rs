@@ -1,7 +1,7 @@
 //! `brdfit kubelka-munk`: absorption and scattering of paint from reflectances over known backings.
 
-use super::fit::ReportArguments;
 use crate::cli::messages::{remark, say};
+use crate::cli::options::report::ReportArguments;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
 use brdfit::Error;

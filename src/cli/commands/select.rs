@@ -1,8 +1,9 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 
-use super::fit::{ReportArguments, at_least_one, threads};
-use crate::cli::input::{ReadArguments, SampleArguments};
 use crate::cli::messages::say;
+use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::report::ReportArguments;
+use crate::cli::options::threads::{at_least_one, threads};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
 use crate::cli::progress::Bar;

@@ -1,14 +1,14 @@
 //! `brdfit synth`: makes a synthetic measurement.
 
-use crate::cli::heightfield::{HeightfieldArguments, Surface, traced_table};
-use crate::cli::input::checked_max_theta;
 use crate::cli::messages::say;
+use crate::cli::options::channels::channels;
+use crate::cli::options::heightfield::{HeightfieldArguments, Surface, traced_table};
+use crate::cli::options::input::checked_max_theta;
+use crate::cli::options::settings::values;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, spares};
-use crate::cli::settings::values;
 use brdfit::Error;
-use brdfit::error::excerpt;
-use brdfit::fit::{ParameterTable, Setting, Settings};
+use brdfit::fit::{ParameterTable, Setting};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::measurement::formats::{ReadOptions, merl, read_directions};
 use brdfit::model::Expression;
@@ -136,29 +136,6 @@ fn write(path: &Path, make: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<O
         output.commit(&make()?)?;
     }
     Ok(Outcome::Good)
-}
-
-/// The channels that the settings name; r, g, b on a MERL grid; one called f without any.
-pub fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error> {
-    let mut named: Vec<String> = Vec::new();
-    for (selector, _) in settings {
-        if let Some(channel) = selector.channel_if_any()
-            && !named.contains(&channel)
-        {
-            named.push(channel);
-        }
-    }
-    if on_grid {
-        let rgb = ["r", "g", "b"].map(str::to_owned);
-        if let Some(other) = named.iter().find(|name| !rgb.contains(name)) {
-            return Err(Error::Usage(format!(
-                "--grid merl: expected channels r, g and b, found {}",
-                excerpt(other)
-            )));
-        }
-        return Ok(rgb.to_vec());
-    }
-    Ok(if named.is_empty() { vec!["f".to_owned()] } else { named })
 }
 
 fn merl_table(

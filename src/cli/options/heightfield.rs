@@ -1,6 +1,6 @@
 //! `brdfit synth --from-heightfield`: what a rough surface reflects, ray by ray.
 
-use super::progress::Bar;
+use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Progress as _;
 use brdfit::synthetic::csv;
