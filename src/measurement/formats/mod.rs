@@ -4,7 +4,6 @@
 
 mod cornell;
 mod file;
-pub mod genuine_merl;
 pub mod merl;
 mod table;
 
