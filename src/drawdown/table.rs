@@ -4,8 +4,8 @@
 //! `over_`, a row per channel with a column per backing.
 
 use crate::error::{Error, Place, excerpt, short};
-use crate::measurement::csv_table::records;
 use crate::measurement::formats::File;
+use crate::measurement::formats::csv::records;
 use crate::measurement::{Channel, Source};
 use csv::StringRecord;
 use std::collections::{BTreeMap, HashMap, HashSet};

@@ -1,7 +1,6 @@
 //! Measured reflectance: what a file held, which samples are usable, and how they are weighted.
 
 mod coverage;
-pub mod csv_table;
 mod draws;
 pub mod formats;
 mod incidence;

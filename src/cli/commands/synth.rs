@@ -10,9 +10,9 @@ use crate::cli::output::{Output, spares};
 use brdfit::Error;
 use brdfit::fit::{ParameterTable, Setting};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
-use brdfit::measurement::formats::{ReadOptions, merl, read_directions};
+use brdfit::measurement::formats::{ReadOptions, csv, merl, read_directions};
 use brdfit::model::Expression;
-use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
+use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -181,5 +181,5 @@ fn scattered_table(
             .push(format!("noise {relative} relative, {absolute} 1/sr absolute, seed {}", arguments.seed));
     }
     comments.push("angles in degrees, values in 1/sr".to_owned());
-    csv(&synthetic, &comments)
+    csv::write(&synthetic, &comments)
 }

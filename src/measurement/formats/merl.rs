@@ -5,7 +5,8 @@
 //! on the half/difference grid. Stored values times (1, 1.15, 1.66)/1500 are f in 1/sr. A negative cell
 //! was not measured.
 
-use super::{BinPosition, Confidence, File, Format, ReadOptions};
+use super::file::File;
+use super::format::{BinPosition, Confidence, Format, ReadOptions};
 use crate::error::{Error, Place};
 use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::measurement::{Channel, Measurement, Source};
