@@ -13,7 +13,8 @@ use crate::measurement::{Channel, Measurement, Source};
 use std::collections::{BTreeMap, HashSet};
 
 /// The format's line in the registry.
-pub const FORMAT: Format = Format { name: "cornell", summary: "a Cornell text table", sniff, read };
+pub const FORMAT: Format =
+    Format { name: "cornell", summary: "a Cornell text table", sniff, read, directions: None };
 
 /// More wavelengths than any instrument resolves: a larger count is not one.
 const MOST_WAVELENGTHS: usize = 100_000;

@@ -2,6 +2,7 @@
 
 use super::file::File;
 use crate::error::Error;
+use crate::geometry::Pair;
 use crate::measurement::Measurement;
 
 /// How sure a format is that a file is its own.
@@ -32,6 +33,9 @@ pub struct ReadOptions {
     pub merl_bins: BinPosition,
 }
 
+/// Reads the directions of a file.
+pub type ReadDirections = fn(&mut File<'_>) -> Result<Vec<Pair>, Error>;
+
 /// A reader of one format.
 pub struct Format {
     /// Name on the command line and in reports.
@@ -42,4 +46,7 @@ pub struct Format {
     pub sniff: fn(&File<'_>) -> Confidence,
     /// Reads it. The caller fills in the source.
     pub read: fn(&mut File<'_>, &ReadOptions) -> Result<Measurement, Error>,
+    /// Reads the directions alone, from a file that need not have anything else. `None` means that there is no such
+    /// file of this format: the directions are those of the measurement.
+    pub directions: Option<ReadDirections>,
 }

@@ -22,7 +22,7 @@ const HEADER_BYTES: usize = 12;
 const FILE_BYTES: usize = HEADER_BYTES + 3 * 8 * HalfDifferenceGrid::CELLS;
 
 /// The format's line in the registry.
-pub const FORMAT: Format = Format { name: "merl", summary: "a MERL table", sniff, read };
+pub const FORMAT: Format = Format { name: "merl", summary: "a MERL table", sniff, read, directions: None };
 
 fn header(bytes: &[u8]) -> Option<[i32; 3]> {
     let mut integers =

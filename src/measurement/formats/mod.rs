@@ -10,7 +10,7 @@ mod format;
 pub mod merl;
 
 pub use file::File;
-pub use format::{BinPosition, Confidence, Format, ReadOptions};
+pub use format::{BinPosition, Confidence, Format, ReadDirections, ReadOptions};
 
 use super::{Measurement, Source};
 use crate::error::{Error, Place, excerpt};
@@ -62,8 +62,8 @@ pub fn read_directions(path: &Path, options: &ReadOptions) -> Result<Vec<Pair>, 
 /// Like [`read`].
 pub fn directions_of(mut file: File<'_>, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
     let format = recognise(&file)?;
-    if format.name == csv::FORMAT.name {
-        return csv::directions(&mut file);
+    if let Some(directions) = format.directions {
+        return directions(&mut file);
     }
     let measurement = (format.read)(&mut file, options)?;
     let pairs = measurement.directions.iter().map(|g| Pair { wi: g.wi.into(), wo: g.wo.into() });

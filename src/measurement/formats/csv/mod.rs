@@ -8,5 +8,5 @@ mod read;
 mod write;
 
 pub use columns::{ANGLES, BadRecord, Columns, records};
-pub use read::{FORMAT, directions};
+pub use read::FORMAT;
 pub use write::write;

@@ -16,6 +16,7 @@ pub const FORMAT: Format = Format {
     summary: "CSV with a header theta_i,phi_i,theta_o,phi_o,<channel>...",
     sniff,
     read,
+    directions: Some(directions),
 };
 
 fn sniff(file: &File<'_>) -> Confidence {
@@ -83,7 +84,7 @@ fn pair(file: &File<'_>, place: Place, fields: &StringRecord, columns: &[usize; 
 }
 
 /// The directions alone; other columns may hold anything.
-pub fn directions(file: &mut File<'_>) -> Result<Vec<Pair>, Error> {
+fn directions(file: &mut File<'_>) -> Result<Vec<Pair>, Error> {
     let text = file.text()?;
     let file = &*file;
     let mut pairs = Vec::new();
