@@ -11,6 +11,8 @@ mod studio;
 mod target;
 mod text;
 
+pub use fits::DRAWN;
+pub use importance::COVERED_SHARE;
 pub use seen::SeenMap;
 pub use text::table;
 
@@ -30,12 +32,8 @@ use studio::{Precision, Studio, Values};
 pub const SCHEMA: &str = "brdfit.select/1";
 /// The tolerance where none is given: the 95th percentile of CIEDE2000 that is just noticeable.
 pub const JUST_NOTICEABLE: f64 = 1.0;
-/// Pairs of directions, and samples of the measurement, that fits begin with.
-pub const DRAWN: usize = 20_000;
 /// Pixels that are looked at again in finer light, at most.
 pub const FINER_PIXELS: usize = 1000;
-/// A pixel counts if at least this share of its light comes along directions with data around them.
-pub const COVERED_SHARE: f64 = 0.5;
 
 /// What a scene needs.
 #[derive(Clone, Debug, Serialize)]

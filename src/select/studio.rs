@@ -6,10 +6,12 @@ use crate::error::Error;
 use crate::fit::{Metric, Shown};
 use crate::geometry::{Directions, Pair};
 use crate::image::{Differences, Image, differences, exposure};
+use crate::measurement::Measurement;
 use crate::measurement::interpolant::Interpolant;
 use crate::model::Expression;
 use crate::scene::View;
 use crate::tradeoff::{counted, in_single_precision};
+use std::collections::BTreeMap;
 
 /// Shapes and amplitudes of every lobe, per channel, in formula units.
 pub(super) type Values = Vec<Vec<(Vec<f64>, Vec<f64>)>>;
@@ -67,6 +69,22 @@ impl Studio {
             Directions::Scattered(pairs) => pairs,
             Directions::Grid { .. } => &[],
         }
+    }
+
+    /// The measurement at `wanted` pairs of the view, drawn in proportion to what an error there does to the image; none if no
+    /// pair is known.
+    pub(super) fn draw(&self, measurement: &Measurement, wanted: usize) -> Option<Measurement> {
+        let chosen = self.importance.draw(&self.view, &self.known, wanted)?;
+        let pick = |row: &Vec<f64>| chosen.iter().filter_map(|index| row.get(*index).copied()).collect();
+        Some(Measurement {
+            directions: self.directions.select(&chosen),
+            values: self.values.iter().map(pick).collect(),
+            sigma: None,
+            dropped: BTreeMap::new(),
+            doubts: Vec::new(),
+            source: measurement.source.clone(),
+            channels: measurement.channels.clone(),
+        })
     }
 
     /// Operations of one evaluation.
