@@ -1,7 +1,6 @@
 //! The command line: `commands`, one file per subcommand, and what they share.
 
 mod commands;
-mod cost;
 mod messages;
 mod options;
 mod outcome;

@@ -1,8 +1,9 @@
 //! What an evaluation costs: operations, which depend on the formula alone, and nanoseconds on this machine.
 
-use crate::geometry::{Directions, Geometry, Pair};
+use crate::geometry::{BLOCK, Block, Directions, Geometry, Pair};
 use crate::math::{Counted, Operations, Real, count, counting};
-use crate::model::Expression;
+use crate::model::{BasisBlock, Derivatives, Expression, ModelEntry, Role};
+use crate::synthetic::scattered_directions;
 use serde::Serialize;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -46,6 +47,16 @@ pub struct Cost {
     pub time_ns: Nanoseconds,
 }
 
+/// What an evaluation of a model's basis functions costs in a fit, nanoseconds per pair of directions on one thread; differs from
+/// run to run.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BasisCost {
+    /// Of the values alone.
+    pub value: f64,
+    /// With their derivatives with respect to every shape.
+    pub with_derivatives: f64,
+}
+
 /// How long one series of evaluations is repeated at least.
 const SERIES: Duration = Duration::from_millis(2);
 /// How many series are timed.
@@ -71,6 +82,45 @@ pub(super) fn cost(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pai
             blocks_f64: blocks(expression, values, pairs),
         },
     }
+}
+
+/// Blocks in which basis functions are timed: few enough for the nearest caches.
+const BASIS_BLOCKS: usize = 8;
+/// Passes over those blocks, of which the fastest counts: enough for one of them to be undisturbed.
+const BASIS_PASSES: usize = 20;
+
+/// Times the basis functions of a model's default variant where a fit begins.
+#[must_use]
+pub fn basis_cost(entry: &ModelEntry) -> BasisCost {
+    let model = match entry.build(&[]) {
+        Ok((model, _)) => model,
+        Err(_) => return BasisCost { value: f64::NAN, with_derivatives: f64::NAN },
+    };
+    let shapes = model.parameters().into_iter().filter(|spec| spec.role == Role::Shape);
+    let shapes: Vec<f64> = shapes.map(|spec| spec.initial * spec.unit.factor(None)).collect();
+    let pairs = BASIS_BLOCKS * BLOCK;
+    let directions = Directions::Scattered(scattered_directions(pairs, 80.0, 1));
+    let blocks: Vec<Block> = directions
+        .blocks()
+        .map(|range| {
+            let mut block = Block::new();
+            directions.fill(range, &mut block);
+            block
+        })
+        .collect();
+    let mut basis = BasisBlock::default();
+    let mut time = |derivatives: Derivatives<'_>| {
+        let mut pass = || {
+            for block in &blocks {
+                basis.forget();
+                model.evaluate(black_box(block), &shapes, derivatives, &mut basis);
+                black_box(&mut basis);
+            }
+        };
+        let passes = (0..BASIS_PASSES).map(|_| series(&mut pass, 1));
+        passes.fold(f64::INFINITY, f64::min) * 1e9 / count(pairs)
+    };
+    BasisCost { value: time(Derivatives::None), with_derivatives: time(Derivatives::All) }
 }
 
 /// The operations of one evaluation, and those done once for the parameters.

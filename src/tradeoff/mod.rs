@@ -8,7 +8,7 @@ mod ladder;
 mod plot;
 mod text;
 
-pub use cost::{Cost, Nanoseconds, Spread};
+pub use cost::{BasisCost, Cost, Nanoseconds, Spread, basis_cost};
 pub(crate) use cost::{counted, in_single_precision};
 pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
 pub use plot::svg;
