@@ -1,26 +1,10 @@
 //! Where a measurement was taken: scattered pairs of directions or cells of a grid.
 
-use super::{BLOCK, Block, Geometry, HalfDifferenceGrid};
+use super::{BLOCK, Block, Geometry, HalfDifferenceGrid, Pair};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
-
-/// A pair of unit directions: to the light, to the viewer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
-    /// To the light.
-    pub wi: DVec3,
-    /// To the viewer.
-    pub wo: DVec3,
-}
-
-impl Pair {
-    /// Everything that a model may know of the pair.
-    pub(crate) fn geometry(&self) -> Geometry<f64> {
-        Geometry::new(self.wi.to_array(), self.wo.to_array())
-    }
-}
 
 /// The unit direction at polar angle `theta` and azimuth `phi`, radians.
 ///

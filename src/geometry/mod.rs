@@ -6,11 +6,13 @@
 mod block;
 mod directions;
 mod half_difference;
+mod pair;
 
 pub use block::{BLOCK, Block, Row};
 pub(crate) use directions::gather;
-pub use directions::{Directions, Pair, direction, spherical_degrees};
+pub use directions::{Directions, direction, spherical_degrees};
 pub use half_difference::HalfDifferenceGrid;
+pub use pair::Pair;
 
 use crate::math::Real;
 
