@@ -4,7 +4,8 @@
 //! [`Wide`]. So what is counted is the rounding inside the formula, not that of its arguments. What a formula leaves out on
 //! purpose, as a table or a series, is the same in both.
 
-use super::{Angles, angles, physics, written};
+use super::angles::{Angles, angles, written};
+use super::physics;
 use crate::geometry::{Block, Geometry, Pair, direction};
 use crate::math::{Real, Wide};
 use crate::model::{BasisBlock, Derivatives, Expression, Role};
