@@ -11,16 +11,17 @@
 
 mod cells;
 mod cloud;
+mod half_difference;
+mod left_out;
 mod tree;
 
 pub use cloud::Symmetry;
+pub use left_out::{LeaveOut, LeftOut};
 
 use super::Measurement;
 use crate::geometry::{Directions, Pair};
-use glam::DVec3;
+use left_out::summary;
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::Serialize;
 
 /// A measured BRDF between its samples, and a guess beyond them.
 #[derive(Clone, Debug)]
@@ -42,26 +43,6 @@ pub struct Answer {
     pub values: Vec<Vec<f64>>,
     /// Per pair, whether there are data around it; if not, the value is that of the nearest ones.
     pub covered: Vec<bool>,
-}
-
-/// What is left out with a sample when its value is foretold from the others.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LeftOut {
-    /// The sample alone: optimistic where samples are dense along one angle and sparse along another.
-    Sample,
-    /// All samples with the same light: pessimistic, since lights are then twice as far apart.
-    Light,
-}
-
-/// How well samples are foretold by the others: sum_c |f - f*| / sum_c |f*| over samples left out in turn.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct LeaveOut {
-    /// Median.
-    pub median: f64,
-    /// 95th percentile.
-    pub p95: f64,
-    /// Samples that were left out, evenly from the measurement's order.
-    pub samples: usize,
 }
 
 /// Samples that are left out for a [`LeaveOut`], at most.
@@ -133,63 +114,6 @@ impl Interpolant {
         match &self.kind {
             Kind::Cells(_) => None,
             Kind::Cloud(cloud) => Some(cloud.symmetry()),
-        }
-    }
-}
-
-/// The summary of errors of samples left out.
-fn summary(mut errors: Vec<f64>) -> Option<LeaveOut> {
-    errors.sort_by(f64::total_cmp);
-    let rank = |percent: usize| errors.get((errors.len() * percent).div_ceil(100).max(1) - 1).copied();
-    Some(LeaveOut { median: rank(50)?, p95: rank(95)?, samples: errors.len() })
-}
-
-/// sum |f - f*| / sum |f*|, where that is not 0/0.
-fn apart(found: &[f64], measured: impl Iterator<Item = f64>) -> Option<f64> {
-    let (error, size) = found.iter().zip(measured).fold((0.0, 0.0), |(error, size), (f, measured)| {
-        (error + (f - measured).abs(), size + measured.abs())
-    });
-    (size > 0.0).then(|| error / size)
-}
-
-/// At most `most` indices below `n`, evenly spread.
-fn spread(n: usize, most: usize) -> impl IndexedParallelIterator<Item = usize> {
-    let taken = n.min(most);
-    (0..taken).into_par_iter().map(move |i| i * n / taken.max(1))
-}
-
-/// Half/difference coordinates of a pair.
-#[derive(Clone, Copy, Debug)]
-struct HalfDifference {
-    /// Polar angle of the half vector.
-    theta_h: f64,
-    /// Cosine and sine of its azimuth; (1, 0) where it has none.
-    azimuth: (f64, f64),
-    /// Difference angle.
-    theta_d: f64,
-    /// (wi - wo)/2: at right angles to the half vector, sin(theta_d) long.
-    difference: DVec3,
-    /// sin(theta_d) cos(phi_d): the difference along the plane of normal and half vector.
-    along: f64,
-    /// sin(theta_d) sin(phi_d).
-    across: f64,
-}
-
-impl HalfDifference {
-    fn of(pair: &Pair) -> Self {
-        let (sum, difference) = (0.5 * (pair.wi + pair.wo), 0.5 * (pair.wi - pair.wo));
-        // Only opposite directions, both in the horizon, have no half vector.
-        let h = sum.normalize_or(DVec3::Z);
-        let sin_h = h.x.hypot(h.y);
-        let azimuth = if sin_h > 0.0 { (h.x / sin_h, h.y / sin_h) } else { (1.0, 0.0) };
-        let (cos_phi, sin_phi) = azimuth;
-        Self {
-            theta_h: sin_h.atan2(h.z),
-            azimuth,
-            theta_d: difference.length().atan2(sum.length()),
-            difference,
-            along: (difference.x * cos_phi + difference.y * sin_phi) * h.z - difference.z * sin_h,
-            across: difference.y * cos_phi - difference.x * sin_phi,
         }
     }
 }
