@@ -1,8 +1,8 @@
 //! What the pixels of a scene see.
 
+use super::description::{MOST_SAMPLES, Scene};
 use super::frame::Hit;
 use super::lights::Lamp;
-use super::{MOST_SAMPLES, Scene};
 use crate::error::Error;
 use crate::geometry::{Directions, Pair};
 use rayon::prelude::*;
@@ -56,8 +56,29 @@ impl View {
     }
 }
 
+impl Scene {
+    /// What its pixels see.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if no pixel sees the surface, if no light reaches what they see, or if that takes more than
+    /// [`MOST_SAMPLES`] samples.
+    pub fn view(&self) -> Result<View, Error> {
+        of(self, &self.lamps, usize::MAX)
+    }
+
+    /// What some of its pixels, at most `pixels` and evenly from their order, see of lights that are [`FINER`](super::FINER) times as many points: what
+    /// tells whether there are enough of them. Fewer pixels if that took more than a quarter of [`MOST_SAMPLES`].
+    ///
+    /// # Errors
+    /// As for [`Self::view`].
+    pub fn finer_view(&self, pixels: usize) -> Result<View, Error> {
+        let most = MOST_SAMPLES / 4 / self.finer_lamps.len().max(1);
+        of(self, &self.finer_lamps, pixels.min(most.max(1)))
+    }
+}
+
 /// What the pixels of `scene` see of `lamps`; if more than `most` see the surface, so many of them.
-pub(super) fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
+fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
     let (width, height) = scene.size();
     let hit = |pixel: u32| scene.surface.hit(&scene.camera.ray(pixel % width, pixel / width));
     // The points themselves are found again below: kept, those of a large image would be gigabytes.
