@@ -9,7 +9,7 @@
 //! A triangle's slopes are sums of the same waves, hence normally distributed too; the heights are scaled so
 //! that their variance over the triangles is m^2/2 exactly, whatever the grid.
 
-use super::{Fate, RoughSurface};
+use super::surface::{Fate, RoughSurface};
 use crate::math::count;
 use glam::{DVec2, DVec3};
 use rand::{Rng, RngExt};
