@@ -3,6 +3,11 @@
 //! Local frame: the normal is +z, `wi` points to the light and `wo` to the viewer, both unit and away
 //! from the surface (docs/conventions.md).
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 mod block;
 mod directions;
 mod half_difference;
