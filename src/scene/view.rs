@@ -31,6 +31,13 @@ pub struct Seen {
     pub weight: [f64; 3],
 }
 
+impl Seen {
+    /// The pixel as an index.
+    pub(crate) fn place(&self) -> usize {
+        usize::try_from(self.pixel).unwrap_or(usize::MAX)
+    }
+}
+
 impl View {
     /// The pairs of directions of all samples, in order.
     #[must_use]
@@ -45,7 +52,7 @@ impl View {
         let mut image = vec![[0.0; 3]; self.covered.len()];
         for (channel, values) in values.into_iter().enumerate() {
             for (seen, f) in self.samples.iter().zip(values) {
-                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| image.get_mut(pixel));
+                let pixel = image.get_mut(seen.place());
                 let sum = pixel.and_then(|pixel| pixel.get_mut(channel));
                 if let (Some(sum), Some(weight)) = (sum, seen.weight.get(channel)) {
                     *sum += weight * f;

@@ -17,14 +17,13 @@ pub(super) struct Importance {
 
 impl Importance {
     pub(super) fn new(view: &View, known: &[bool]) -> Self {
+        assert_eq!(known.len(), view.samples.len(), "what is known stands beside each pair of the view");
         let light: Vec<f64> = view.samples.iter().map(|seen| luminance(seen.weight)).collect();
         let mut by_pixel = vec![[0.0; 2]; view.covered.len()];
         for ((seen, light), known) in view.samples.iter().zip(&light).zip(known) {
-            let place = usize::try_from(seen.pixel).ok().and_then(|pixel| by_pixel.get_mut(pixel));
-            if let Some([all, with_data]) = place {
-                *all += light;
-                *with_data += if *known { *light } else { 0.0 };
-            }
+            let [all, with_data] = &mut by_pixel[seen.place()];
+            *all += light;
+            *with_data += if *known { *light } else { 0.0 };
         }
         Self { light, by_pixel }
     }
@@ -47,12 +46,13 @@ impl Importance {
     /// the pixel's squared error is at most W sum(w d^2), W their sum (Cauchy and Schwarz). Fits compare x = f cos(theta_i):
     /// a pair counts W w/cos(theta_i)^2.
     pub(super) fn draw(&self, view: &View, known: &[bool], wanted: usize) -> Option<Vec<usize>> {
+        assert_eq!(self.light.len(), view.samples.len(), "the view is the one whose pairs matter");
+        assert_eq!(known.len(), view.samples.len(), "what is known stands beside each pair of the view");
         let mut sum = 0.0;
         let seen = view.samples.iter().zip(&self.light).zip(known);
         let running: Vec<f64> = seen
             .map(|((seen, light), known)| {
-                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| self.by_pixel.get(pixel));
-                let [of_pixel, _] = pixel.copied().unwrap_or_default();
+                let [of_pixel, _] = self.by_pixel[seen.place()];
                 let cosine = seen.pair.wi.z;
                 if *known && cosine > 0.0 {
                     sum += of_pixel * light / (cosine * cosine);

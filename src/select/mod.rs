@@ -4,6 +4,11 @@
 //! to the image that the measurement makes, and its image compared with that one. docs/select.md describes it, and the JSON form
 //! field by field.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 mod fits;
 mod importance;
 mod seen;
@@ -216,11 +221,11 @@ pub fn select(
         return Err(failure.unwrap_or_else(|| Error::Usage("expected a model, found none".to_owned())));
     };
     let next_cheaper = answer.and_then(|answer| {
-        let cost = shown.get(answer).map(|(tried, _)| tried.cost)?;
+        let cost = shown[answer].0.cost;
         shown.iter().take(answer).rposition(|(tried, _)| !tried.passes && tried.cost < cost)
     });
-    let (tried, images): (Vec<Tried>, Vec<Image>) = shown.into_iter().unzip();
-    let fitted = images.into_iter().nth(displayed).unwrap_or_else(|| studio.measured.clone());
+    let (tried, mut images): (Vec<Tried>, Vec<Image>) = shown.into_iter().unzip();
+    let fitted = images.swap_remove(displayed);
     let selected = Selected {
         schema: SCHEMA,
         version: env!("CARGO_PKG_VERSION"),

@@ -69,6 +69,7 @@ const LONG: u64 = 20_000;
 
 /// Counts and times evaluations with the parameters of one channel at `pairs`.
 pub(super) fn cost(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: &[Pair]) -> Cost {
+    assert!(!pairs.is_empty(), "a cost is measured at pairs of directions");
     let (operations, once) = counted(expression, values, pairs);
     let evaluations = if once.weighted() > LONG { MORE_PAIRS } else { PAIRS };
     let pairs: Vec<Pair> = pairs.iter().copied().cycle().take(evaluations).collect();
@@ -162,7 +163,7 @@ fn converted<R: Real>(values: &[(Vec<f64>, Vec<f64>)]) -> Values<R> {
 
 fn scalar<R: Real>(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: &[Pair]) -> Spread {
     let (geometries, values) = (geometries::<R>(pairs), converted::<R>(values));
-    let one = geometries.get(..1).unwrap_or_default();
+    let one = &geometries[..1];
     per_evaluation(
         geometries.len(),
         || drop(black_box(expression.values_in(black_box(&geometries), &values))),
@@ -192,7 +193,7 @@ fn per_evaluation(evaluations: usize, mut all: impl FnMut(), mut one: impl FnMut
         })
         .collect();
     found.sort_by(f64::total_cmp);
-    let at = |share: usize| found.get(share * (REPEATS - 1) / 4).copied().unwrap_or(0.0);
+    let at = |share: usize| found[share * (REPEATS - 1) / 4];
     Spread { median: at(2), low: at(1), high: at(3) }
 }
 
