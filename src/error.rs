@@ -14,6 +14,14 @@ pub enum Place {
     Byte(u64),
 }
 
+impl Place {
+    /// The place of a line counted from 1.
+    #[must_use]
+    pub fn of_line(line: usize) -> Self {
+        Self::Line(u64::try_from(line).unwrap_or(u64::MAX))
+    }
+}
+
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -114,6 +122,7 @@ pub fn excerpt(text: &str) -> String {
 /// Like [`excerpt`], without the quotes.
 #[must_use]
 pub fn short(text: &str) -> String {
+    /// Characters that are kept.
     const LONGEST: usize = 60;
     let clean: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().nth(LONGEST).is_some() { format!("{clean}...") } else { clean }

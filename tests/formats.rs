@@ -10,12 +10,12 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use brdfit::Error;
 use brdfit::geometry::{Directions, Geometry};
 use brdfit::measurement::formats::{
-    BinPosition, File, REGISTRY, ReadOptions, merl, named, read, read_directions,
+    BinPosition, File, REGISTRY, ReadOptions, csv, merl, named, read, read_directions,
 };
 use brdfit::measurement::{Channel, Filters, Measurement, Samples, Weighting};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, Selector, Setting};
-use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
+use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use common::{CELLS, Folder, merl_filled, merl_header, shared};
 use proptest::prelude::*;
 use sha2::{Digest as _, Sha256};
@@ -60,7 +60,7 @@ fn what_synth_writes_is_read_back() {
     let directions = Directions::Scattered(scattered_directions(500, 89.0, 3));
     let noise = Noise { relative: 0.1, absolute: 1e-3 };
     let written = measurement(&expression, &table, directions, noise, 9);
-    let text = csv(&written, &["a comment".to_owned()]).unwrap();
+    let text = csv::write(&written, &["a comment".to_owned()]).unwrap();
     let again = parsed("csv", &text);
 
     assert_eq!(again.channels, written.channels);

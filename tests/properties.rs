@@ -10,12 +10,11 @@ mod oracles;
 use brdfit::drawdown;
 use brdfit::fit::{Options, evaluate};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair, direction};
-use brdfit::measurement::formats::{File, ReadOptions, merl, read_file};
+use brdfit::measurement::formats::{File, ReadOptions, csv, merl, read_file};
 use brdfit::measurement::{Channel, Measurement, Source};
 use brdfit::model::{Expression, REGISTRY};
 use brdfit::parameters::{Selector, Setting};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, schema};
-use brdfit::synthetic::csv;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::fs;
@@ -149,14 +148,14 @@ proptest! {
 
     #[test]
     fn csv_is_read_back(m in measurements()) {
-        let text = csv(&m, &["line\nbreak".to_owned()]).unwrap();
+        let text = csv::write(&m, &["line\nbreak".to_owned()]).unwrap();
         assert_same(&read("csv", text.as_bytes()), &m);
     }
 
     /// Line ends, byte-order mark, comments, blanks and blank lines mean nothing.
     #[test]
     fn csv_in_other_dress(m in measurements(), every in 1_usize..4) {
-        let plain = csv(&m, &[]).unwrap();
+        let plain = csv::write(&m, &[]).unwrap();
         let mut dressed = "\u{feff}# comment, with commas\r\n\r\n".to_owned();
         for (index, line) in plain.lines().enumerate() {
             dressed.push_str(line);

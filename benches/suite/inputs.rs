@@ -2,10 +2,10 @@
 
 use brdfit::geometry::{Directions, HalfDifferenceGrid};
 use brdfit::measurement::Measurement;
-use brdfit::measurement::formats::{ReadOptions, merl, read};
+use brdfit::measurement::formats::{ReadOptions, csv, merl, read};
 use brdfit::model::Expression;
 use brdfit::parameters::ParameterTable;
-use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
+use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -113,6 +113,6 @@ fn wavelengths(folder: &Path) -> PathBuf {
     let expression = Expression::parse(ONE_LOBE).unwrap();
     let data = scattered(&expression, SAMPLES, WAVELENGTHS);
     let path = folder.join("wavelengths.csv");
-    std::fs::write(&path, csv(&data, &[]).unwrap()).unwrap();
+    std::fs::write(&path, csv::write(&data, &[]).unwrap()).unwrap();
     path
 }

@@ -4,8 +4,8 @@
 //! `over_`, a row per channel with a column per backing.
 
 use crate::error::{Error, Place, excerpt, short};
-use crate::measurement::csv_table::records;
 use crate::measurement::formats::File;
+use crate::measurement::formats::csv::records;
 use crate::measurement::{Channel, Source};
 use csv::StringRecord;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -49,9 +49,13 @@ pub struct Drawdown {
 /// A header or a field that is not what it should be: expected, found.
 type Wrong = (String, String);
 
+/// The column of the films' thickness.
 const THICKNESS: &str = "thickness";
+/// The column of the backing that a row was measured over.
 const BACKGROUND: &str = "background";
+/// The column of standard deviations.
 const SIGMA: &str = "sigma";
+/// What columns of reflectances over a backing begin with.
 const OVER: &str = "over_";
 /// Columns that name the channel of a row.
 const NAMES: [&str; 2] = ["channel", "wavelength"];

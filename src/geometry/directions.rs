@@ -1,26 +1,10 @@
 //! Where a measurement was taken: scattered pairs of directions or cells of a grid.
 
-use super::{BLOCK, Block, Geometry, HalfDifferenceGrid};
+use super::{BLOCK, Block, Geometry, HalfDifferenceGrid, Pair};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
-
-/// A pair of unit directions: to the light, to the viewer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
-    /// To the light.
-    pub wi: DVec3,
-    /// To the viewer.
-    pub wo: DVec3,
-}
-
-impl Pair {
-    /// Everything that a model may know of the pair.
-    pub(crate) fn geometry(&self) -> Geometry<f64> {
-        Geometry::new(self.wi.to_array(), self.wo.to_array())
-    }
-}
 
 /// The unit direction at polar angle `theta` and azimuth `phi`, radians.
 ///
@@ -86,14 +70,14 @@ impl Directions {
         pairs.iter().map(Pair::geometry).chain(cells)
     }
 
-    /// Puts the geometry of the samples in `range` into `block`.
+    /// Puts the geometry of the samples in `range`, which is one of [`Self::blocks`], into `block`.
     pub fn fill(&self, range: Range<usize>, block: &mut Block) {
         match self {
             Self::Scattered(pairs) => {
-                block.fill_pairs(pairs.get(range).unwrap_or_default());
+                block.fill_pairs(&pairs[range]);
             }
             Self::Grid { grid, cells } => {
-                block.fill_cells(grid, cells.get(range).unwrap_or_default());
+                block.fill_cells(grid, &cells[range]);
             }
         }
     }
@@ -106,7 +90,7 @@ impl Directions {
         }
     }
 
-    /// The samples at `indices`, in that order. Indices beyond the end are left out.
+    /// The samples at `indices`, in that order.
     #[must_use]
     pub fn select(&self, indices: &[usize]) -> Self {
         match self {
@@ -127,7 +111,7 @@ impl Directions {
 /// The elements at `indices`, in that order.
 #[must_use]
 pub(crate) fn gather<T: Copy>(from: &[T], indices: &[usize]) -> Vec<T> {
-    indices.iter().filter_map(|&i| from.get(i).copied()).collect()
+    indices.iter().map(|&i| from[i]).collect()
 }
 
 #[cfg(test)]

@@ -91,7 +91,8 @@ impl HalfDifferenceGrid {
         })
     }
 
-    fn indices(cell: u32) -> (usize, usize, usize) {
+    /// The indices of a cell in theta_h, theta_d and phi_d.
+    pub(crate) fn indices(cell: u32) -> (usize, usize, usize) {
         let [_, n_d, n_p] = Self::DIMENSIONS;
         let cell = usize::try_from(cell).unwrap_or(usize::MAX);
         (cell / (n_d * n_p), (cell / n_p) % n_d, cell % n_p)
@@ -101,32 +102,30 @@ impl HalfDifferenceGrid {
     #[must_use]
     pub fn weight(&self, cell: u32) -> f64 {
         let (i, j, _) = Self::indices(cell);
-        self.weights.get(i * Self::DIMENSIONS[1] + j).copied().unwrap_or(0.0)
+        self.weights[i * Self::DIMENSIONS[1] + j]
     }
 
     /// The geometry of a cell, with phi_h = 0 (the half vector lies in the x-z plane).
     #[must_use]
     pub fn geometry(&self, cell: u32) -> Geometry<f64> {
         let (i, j, k) = Self::indices(cell);
-        let at = |axis: &[f64]| axis.get(k).copied().unwrap_or(f64::NAN);
-        self.ring(i, j).geometry(at(&self.sin_phi_d), at(&self.cos_phi_d))
+        self.ring(i, j).geometry(self.sin_phi_d[k], self.cos_phi_d[k])
     }
 
     /// The directions of the cells at `theta_h` and `theta_d` of these indices.
     fn ring(&self, i: usize, j: usize) -> Ring {
-        let at = |axis: &[(f64, f64)], index: usize| axis.get(index).copied().unwrap_or((f64::NAN, f64::NAN));
-        let ((sin_h, cos_h), (sin_d, cos_d)) = (at(&self.theta_h, i), at(&self.theta_d, j));
+        let ((sin_h, cos_h), (sin_d, cos_d)) = (self.theta_h[i], self.theta_d[j]);
         Ring { sin_h, cos_h, sin_d, cos_d, one_less_cos_d: sin_d * sin_d / (1.0 + cos_d) }
     }
 
     /// The ring that the first of `cells` lie on, and the sines and cosines of their difference azimuths: of as many
-    /// as follow each other there without a gap.
+    /// as follow each other there without a gap. `None` means that there are no cells.
     pub(super) fn first_ring(&self, cells: &[u32]) -> Option<(Ring, &[f64], &[f64])> {
         let first = *cells.first()?;
         let (i, j, k) = Self::indices(first);
         let [_, _, n_p] = Self::DIMENSIONS;
         let len = cells.iter().zip(first..).zip(k..n_p).take_while(|((cell, next), _)| *cell == next).count();
-        Some((self.ring(i, j), self.sin_phi_d.get(k..k + len)?, self.cos_phi_d.get(k..k + len)?))
+        Some((self.ring(i, j), &self.sin_phi_d[k..k + len], &self.cos_phi_d[k..k + len]))
     }
 }
 

@@ -3,14 +3,21 @@
 //! Local frame: the normal is +z, `wi` points to the light and `wo` to the viewer, both unit and away
 //! from the surface (docs/conventions.md).
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 mod block;
 mod directions;
 mod half_difference;
+mod pair;
 
 pub use block::{BLOCK, Block, Row};
 pub(crate) use directions::gather;
-pub use directions::{Directions, Pair, direction, spherical_degrees};
+pub use directions::{Directions, direction, spherical_degrees};
 pub use half_difference::HalfDifferenceGrid;
+pub use pair::Pair;
 
 use crate::math::Real;
 

@@ -2,23 +2,31 @@
 //!
 //! docs/checks.md says what is checked, within which limits, and describes the JSON form field by field.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
+mod angles;
+mod effort;
 mod measured;
 mod numerics;
 mod physics;
 mod quadrature;
 mod text;
 
+pub use angles::Angles;
+pub use effort::{Effort, INCIDENCES_DEG};
 pub use measured::{MeasuredAlbedo, MeasuredChannel, MeasurementHealth, Negative, measurement};
 pub use numerics::{Digits, Kept, LeastKept, Unfinished};
-pub use physics::{Albedo, Extreme, INCIDENCES_DEG, Reciprocity};
+pub use physics::{Albedo, Extreme, Reciprocity};
 pub use quadrature::{Integral, Quadrature, directional_albedo};
 pub use text::{measurement_table, model_table};
 
-use crate::geometry::Pair;
-use crate::geometry::spherical_degrees;
 use crate::model::Expression;
 use crate::parameters::{ParameterTable, ParameterValue};
 use crate::progress::Progress;
+use angles::written;
 use serde::Serialize;
 
 /// Name of the schema of both forms.
@@ -31,15 +39,6 @@ pub const ALBEDO_SLACK: f64 = 1e-6;
 pub const RECIPROCITY_LIMIT: f64 = 1e-6;
 /// Digits kept in f64 below which a warning says so.
 pub const FEW_DIGITS: f64 = 8.0;
-
-/// Angles of a pair of directions, degrees: theta_i, phi_i, theta_o, phi_o.
-pub type Angles = [f64; 4];
-
-pub(crate) fn angles(pair: &Pair) -> Angles {
-    let (theta_i, phi_i) = spherical_degrees(pair.wi);
-    let (theta_o, phi_o) = spherical_degrees(pair.wo);
-    [theta_i, phi_i, theta_o, phi_o]
-}
 
 /// Something found.
 #[derive(Clone, Debug, Serialize)]
@@ -100,30 +99,6 @@ pub struct ModelChannel {
     pub digits: Digits,
 }
 
-/// How closely to look.
-#[derive(Clone, Debug)]
-pub struct Effort {
-    /// Pairs of directions that f is compared at.
-    pub pairs: usize,
-    /// Pairs of directions that digits are counted at.
-    pub wide_pairs: usize,
-    /// Angles of incidence, degrees.
-    pub incidences_deg: Vec<f64>,
-    /// How albedos are integrated.
-    pub quadrature: Quadrature,
-}
-
-impl Default for Effort {
-    fn default() -> Self {
-        Self {
-            pairs: 4000,
-            wide_pairs: 500,
-            incidences_deg: INCIDENCES_DEG.to_vec(),
-            quadrature: Quadrature::default(),
-        }
-    }
-}
-
 /// Looks at a model with the values that `table` has.
 #[must_use]
 pub fn model(
@@ -173,13 +148,6 @@ pub fn model(
         at_bounds,
         findings,
     }
-}
-
-/// An angle or four, as people write them.
-fn written(angles: &[f64]) -> String {
-    let round = |angle: &f64| (angle * 1e4).round() / 1e4;
-    let texts: Vec<String> = angles.iter().map(|angle| format!("{}", round(angle) + 0.0)).collect();
-    texts.join(", ")
 }
 
 fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {

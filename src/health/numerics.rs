@@ -4,7 +4,8 @@
 //! [`Wide`]. So what is counted is the rounding inside the formula, not that of its arguments. What a formula leaves out on
 //! purpose, as a table or a series, is the same in both.
 
-use super::{Angles, angles, physics, written};
+use super::angles::{Angles, angles, written};
+use super::physics;
 use crate::geometry::{Block, Geometry, Pair, direction};
 use crate::math::{Real, Wide};
 use crate::model::{BasisBlock, Derivatives, Expression, Role};
@@ -91,7 +92,7 @@ pub(super) fn at_bounds(expression: &Expression) -> Unfinished {
         let specs = lobe.model.parameters();
         let of = |role: Role| specs.iter().filter(move |spec| spec.role == role);
         let bounds: Vec<(f64, f64)> = of(Role::Shape)
-            .map(|spec| (spec.bounds.0 * spec.unit.factor(None), spec.bounds.1 * spec.unit.factor(None)))
+            .map(|spec| (spec.in_formula_units(spec.bounds.0), spec.in_formula_units(spec.bounds.1)))
             .collect();
         let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
         // Shapes beyond the fourth go with the fourth: sixteen corners are enough to look at.
@@ -115,7 +116,8 @@ fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], ampl
     let coefficients = lobe.model.coefficients(amplitudes);
     for (index, pair) in pairs.iter().enumerate() {
         let sum = |rows: &[crate::geometry::Row], by: &[f64]| -> f64 {
-            rows.iter().zip(by).filter_map(|(row, a)| row.get(index).map(|b| a * b)).sum()
+            assert_eq!(rows.len(), by.len(), "a coefficient for each basis function");
+            rows.iter().zip(by).map(|(row, a)| a * row[index]).sum()
         };
         let value = sum(basis.values(), &coefficients.values);
         let by_shape = (0..shapes.len()).map(|shape| sum(basis.partials(shape), &coefficients.values));
@@ -174,6 +176,8 @@ pub(super) fn digits(expression: &Expression, lobes: &[(Vec<f64>, Vec<f64>)], pa
 
 /// Digits that `found` has in common with `exact`, where that is within `range`.
 fn kept(pairs: &[Pair], found: &[Wide], exact: &[Wide], epsilon: f64, range: (f64, f64)) -> Kept {
+    assert_eq!(found.len(), pairs.len(), "a value for each pair");
+    assert_eq!(exact.len(), pairs.len(), "an exact value for each pair");
     let mut digits: Vec<(f64, &Pair)> = Vec::new();
     for ((found, exact), pair) in found.iter().zip(exact).zip(pairs) {
         let size = exact.abs().rounded();

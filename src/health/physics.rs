@@ -1,7 +1,8 @@
 //! Reciprocity, sign and albedo of a model.
 
-use super::quadrature::directional_albedo;
-use super::{Angles, Effort, angles};
+use super::angles::{Angles, angles};
+use super::effort::Effort;
+use super::quadrature::{Integral, directional_albedo};
 use crate::geometry::{Directions, Pair, direction};
 use crate::model::Expression;
 use crate::synthetic::scattered_directions;
@@ -9,8 +10,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Angles of incidence at which albedos are integrated, degrees.
-pub const INCIDENCES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0, 89.9];
 /// Azimuths of the light for anisotropic models, degrees.
 const AZIMUTHS_DEG: [f64; 3] = [0.0, 45.0, 90.0];
 /// Directions reach so far, degrees.
@@ -133,14 +132,9 @@ pub(super) fn albedos(
         .collect();
     let finite = |x: f64| x.is_finite().then_some(x);
     let of_channel = |channel: usize| {
-        let each = lights.iter().zip(&found).filter_map(|(&(theta_i_deg, phi_i_deg), integrals)| {
-            let integral = integrals.get(channel)?;
-            Some(Albedo {
-                theta_i_deg,
-                phi_i_deg,
-                value: finite(integral.value),
-                error: finite(integral.error),
-            })
+        let each = lights.iter().zip(&found).map(|(&(theta_i_deg, phi_i_deg), integrals)| {
+            let Integral { value, error } = integrals[channel];
+            Albedo { theta_i_deg, phi_i_deg, value: finite(value), error: finite(error) }
         });
         each.collect()
     };

@@ -65,7 +65,7 @@ impl ToRgb {
         let Some(wavelengths) = wavelengths.filter(|all| all.len() > 1) else {
             return Self::grey(channels.len(), |_| true, Route::Grey);
         };
-        let visible = |j: usize| wavelengths.get(j).is_some_and(|nm| VISIBLE.contains(nm));
+        let visible = |j: usize| VISIBLE.contains(&wavelengths[j]);
         if !(0..wavelengths.len()).any(visible) {
             return Self::grey(channels.len(), |_| true, Route::GreyInvisible);
         }
@@ -152,7 +152,7 @@ fn spectral(wavelengths: &[f64]) -> [Vec<f64>; 3] {
     let scale = white_xyz().component_div(&white);
     let rgb: Vec<Vector3<f64>> =
         xyz.iter().map(|at| *FROM_XYZ * Vector3::from(*at).component_mul(&scale)).collect();
-    [0, 1, 2].map(|c| rgb.iter().map(|at| at.get(c).copied().unwrap_or(0.0)).collect())
+    [0, 1, 2].map(|c| rgb.iter().map(|at| at[c]).collect())
 }
 
 /// Weights of the trapezoidal rule on the visible ones of these wavelengths, which may be in any order; 0 for others.
@@ -162,11 +162,9 @@ fn trapezoid(wavelengths: &[f64]) -> Vec<f64> {
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut weights = vec![0.0; wavelengths.len()];
     for pair in order.windows(2) {
-        let &[(low, i), (high, j)] = pair else { continue };
+        let ((low, i), (high, j)) = (pair[0], pair[1]);
         for index in [i, j] {
-            if let Some(weight) = weights.get_mut(index) {
-                *weight += 0.5 * (high - low);
-            }
+            weights[index] += 0.5 * (high - low);
         }
     }
     weights
@@ -195,11 +193,11 @@ const D65: [f64; 41] = [
     74.3490, 61.6040, 69.8856, 75.0870, 63.5927, 46.4182, 66.8054, 63.3828,
 ];
 
-/// The spectral power of D65 at a visible wavelength.
+/// The spectral power of D65 at a visible wavelength, between its table's values; 0 beyond the table.
 fn d65(nm: f64) -> f64 {
     let mut low = 380.0;
     for pair in D65.windows(2) {
-        let &[a, b] = pair else { continue };
+        let (a, b) = (pair[0], pair[1]);
         if nm <= low + 10.0 {
             return a + (b - a) * (nm - low) / 10.0;
         }
@@ -221,10 +219,12 @@ pub(super) fn white_xyz() -> Vector3<f64> {
 /// Linear RGB to XYZ: columns are the primaries, as bright as they must be to make white together.
 pub(super) static TO_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| {
     let primaries = Matrix3::from_columns(&[[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]].map(from_xy));
+    // Three primaries that make every colour: the system has a solution, and the matrix below an inverse.
     let amounts = primaries.lu().solve(&white_xyz()).unwrap_or_default();
     primaries * Matrix3::from_diagonal(&amounts)
 });
 
+/// XYZ to linear RGB.
 static FROM_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| TO_XYZ.try_inverse().unwrap_or_default());
 
 /// Luminance of linear RGB: white has 1.

@@ -175,10 +175,11 @@ fn check(image: &Image, mask: &[bool]) -> Result<(), Error> {
     Ok(())
 }
 
-/// The value of rank ceil(percent n / 100) of sorted values.
-pub(crate) fn percentile(sorted: &[f64], percent: usize) -> f64 {
+/// The value of rank ceil(percent n / 100) of `n` sorted values, at least one.
+fn percentile(sorted: &[f64], percent: usize) -> f64 {
+    assert!(!sorted.is_empty(), "a percentile needs at least one value");
     let rank = (sorted.len() * percent).div_ceil(100).max(1);
-    sorted.get(rank - 1).copied().unwrap_or(0.0)
+    sorted[rank - 1]
 }
 
 /// What a screen can show.

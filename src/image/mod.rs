@@ -3,6 +3,11 @@
 //! RGB has the primaries of ITU-R BT.709 and sRGB and the white of D65; 1 is what a scene calls white until
 //! an exposure says otherwise. docs/image.md has every formula.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 mod colour;
 mod difference;
 mod target;

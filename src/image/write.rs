@@ -3,7 +3,7 @@
 use super::Image;
 use super::difference::clip;
 use crate::error::Error;
-use crate::math::count;
+use crate::math::{Real as _, count};
 use exr::prelude::{
     AttributeValue, Compression, Encoding, Image as ExrImage, Layer, LayerAttributes, LineOrder,
     SpecificChannels, Text, WritableImage,
@@ -25,9 +25,8 @@ pub fn exr(image: &Image, text: &str) -> Result<Vec<u8>, Error> {
     image.check()?;
     let mut rows = image.pixels.chunks_exact(image.width).map(<[[f64; 3]]>::to_vec).collect::<Vec<_>>();
     rows.iter_mut().flatten().for_each(|pixel| *pixel = pixel.map(|v| if v.is_finite() { v } else { 0.0 }));
-    let at = |x: usize, y: usize| rows.get(y).and_then(|row| row.get(x)).copied().unwrap_or_default();
     let channels = SpecificChannels::rgb(|position: exr::math::Vec2<usize>| {
-        let [r, g, b] = at(position.x(), position.y()).map(single);
+        let [r, g, b] = rows[position.y()][position.x()].map(single);
         (r, g, b)
     });
     let encoding = Encoding {
@@ -77,7 +76,9 @@ pub fn png(image: &Image, exposure: f64) -> Result<Vec<u8>, Error> {
 /// # Errors
 /// [`Error::Usage`] if there is none, or the number of pixels of one does not match.
 pub fn side_by_side(images: &[&Image]) -> Result<Image, Error> {
+    /// Width of the line between two images, pixels.
     const GAP: usize = 4;
+    /// Linear RGB of the line, and of what lies below an image that is lower than the others.
     const GREY: [f64; 3] = [0.2; 3];
     images.iter().try_for_each(|image| image.check())?;
     let height = images.iter().map(|image| image.height).max().unwrap_or(0);
@@ -114,21 +115,12 @@ pub fn false_colour(
     top: f64,
 ) -> Result<Image, Error> {
     let colour = |value: f64| {
-        let t = if top > 0.0 { clip(value / top) } else { 0.0 } * count(MAP.len() - 1);
-        let (mut low, mut colour) = (0.0, MAP.map(|c| c.map(|v| decode(v / 255.0))).first().copied());
-        for pair in MAP.windows(2) {
-            let &[a, b] = pair else { continue };
-            if t >= low {
-                let along = (t - low).min(1.0);
-                let [ar, ag, ab] = a;
-                let [br, bg, bb] = b;
-                let mixed =
-                    [(ar, br), (ag, bg), (ab, bb)].map(|(a, b)| decode((a + (b - a) * along) / 255.0));
-                colour = Some(mixed);
-            }
-            low += 1.0;
-        }
-        colour.unwrap_or_default()
+        // Along the map; what is no number stands where 0 does.
+        let t = if top > 0.0 && value > 0.0 { clip(value / top) } else { 0.0 } * count(MAP.len() - 1);
+        let low = t.whole().min(MAP.len() - 2);
+        let along = t - count(low);
+        let (a, b) = (MAP[low], MAP[low + 1]);
+        [0, 1, 2].map(|c| decode((a[c] + (b[c] - a[c]) * along) / 255.0))
     };
     let pixels = values.iter().zip(mask).map(|(value, is)| if *is { colour(*value) } else { [0.0; 3] });
     Image::new(width, height, pixels.collect())

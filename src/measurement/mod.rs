@@ -1,16 +1,16 @@
 //! Measured reflectance: what a file held, which samples are usable, and how they are weighted.
 
-pub mod csv_table;
+mod coverage;
 mod draws;
 pub mod formats;
 mod incidence;
-mod info;
 pub mod interpolant;
+pub mod merl_digests;
 mod samples;
 
+pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
 pub use draws::Draws;
 pub use incidence::IncidenceGroups;
-pub use info::{ALBEDO_LIMIT_DEG, Coverage, coverage};
 pub use interpolant::Interpolant;
 pub use samples::{Filters, Samples, Weighting};
 

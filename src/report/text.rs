@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 /// Correlations beyond this are listed.
 const LISTED_CORRELATION: f64 = 0.9;
-/// At most so many of them.
+/// The most correlations that are listed.
 const LISTED: usize = 10;
 
 /// The report as text, ending in a newline.
@@ -30,11 +30,8 @@ pub fn warnings(report: &Report) -> Vec<String> {
 
 fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     let data = &report.data;
-    let channels = match (&data.wavelengths_nm, data.channels.as_slice()) {
-        (Some(nm), [_, _, ..]) => {
-            let range = (nm.first().copied().unwrap_or(0.0), nm.last().copied().unwrap_or(0.0));
-            format!("{} wavelengths {}..{} nm", nm.len(), range.0, range.1)
-        }
+    let channels = match (data.wavelengths_nm.as_deref(), data.channels.as_slice()) {
+        (Some([first, .., last]), names) => format!("{} wavelengths {first}..{last} nm", names.len()),
         (_, names) => format!("channels {}", names.join(", ")),
     };
     writeln!(text, "{} ({}, {channels})", data.path, data.format)?;
@@ -94,7 +91,7 @@ fn significant(value: f64) -> String {
     text
 }
 
-/// A number with so many significant digits, in plain or scientific notation.
+/// A number with `kept` significant digits, in plain or scientific notation.
 fn digits(value: f64, kept: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");

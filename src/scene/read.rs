@@ -3,10 +3,11 @@
 //! docs/scene.md describes the fields, and a test compares docs/scene.schema.json with the schema generated from these types.
 
 use super::camera::Camera;
+use super::description::{FINER, LARGEST_SIDE, MOST_LIGHT_SAMPLES, SCHEMA, Scene};
 use super::frame::Frame;
 use super::lights::{self, Lamp};
 use super::surface::{Cylinder, Plane, Sphere, Surface};
-use super::{FINER, LARGEST_SIDE, MOST_LIGHT_SAMPLES, SCHEMA, Scene, environment, obj};
+use super::{environment, obj};
 use crate::error::{Error, Place, excerpt};
 use glam::DVec3;
 use schemars::{JsonSchema, Schema};
@@ -245,8 +246,18 @@ pub fn schema() -> Schema {
     schemars::schema_for!(SceneFields)
 }
 
+impl Scene {
+    /// The scene in a JSON file, with the mesh and the environments that it names.
+    ///
+    /// # Errors
+    /// [`Error::Io`] for a file that cannot be read, [`Error::Malformed`] for one that is no scene.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        scene(path)
+    }
+}
+
 /// The scene in a file.
-pub(super) fn scene(path: &Path) -> Result<Scene, Error> {
+fn scene(path: &Path) -> Result<Scene, Error> {
     let file = Reader { path };
     let bytes = bounded(path, MOST_BYTES).map_err(Error::read(path))?;
     let bytes = bytes.ok_or_else(|| file.wrong(format!("at most {MOST_BYTES} bytes"), "more"))?;

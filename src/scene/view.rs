@@ -1,8 +1,8 @@
 //! What the pixels of a scene see.
 
+use super::description::{MOST_SAMPLES, Scene};
 use super::frame::Hit;
 use super::lights::Lamp;
-use super::{MOST_SAMPLES, Scene};
 use crate::error::Error;
 use crate::geometry::{Directions, Pair};
 use rayon::prelude::*;
@@ -31,6 +31,13 @@ pub struct Seen {
     pub weight: [f64; 3],
 }
 
+impl Seen {
+    /// The pixel as an index.
+    pub(crate) fn place(&self) -> usize {
+        usize::try_from(self.pixel).unwrap_or(usize::MAX)
+    }
+}
+
 impl View {
     /// The pairs of directions of all samples, in order.
     #[must_use]
@@ -45,7 +52,7 @@ impl View {
         let mut image = vec![[0.0; 3]; self.covered.len()];
         for (channel, values) in values.into_iter().enumerate() {
             for (seen, f) in self.samples.iter().zip(values) {
-                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| image.get_mut(pixel));
+                let pixel = image.get_mut(seen.place());
                 let sum = pixel.and_then(|pixel| pixel.get_mut(channel));
                 if let (Some(sum), Some(weight)) = (sum, seen.weight.get(channel)) {
                     *sum += weight * f;
@@ -56,8 +63,29 @@ impl View {
     }
 }
 
-/// What the pixels of `scene` see of `lamps`; if more than `most` see the surface, so many of them.
-pub(super) fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
+impl Scene {
+    /// What its pixels see.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if no pixel sees the surface, if no light reaches what they see, or if that takes more than
+    /// [`MOST_SAMPLES`] samples.
+    pub fn view(&self) -> Result<View, Error> {
+        of(self, &self.lamps, usize::MAX)
+    }
+
+    /// What some of its pixels, at most `pixels` and evenly from their order, see of lights that are [`FINER`](super::FINER) times as many points: what
+    /// tells whether there are enough of them. Fewer pixels if that took more than a quarter of [`MOST_SAMPLES`].
+    ///
+    /// # Errors
+    /// As for [`Self::view`].
+    pub fn finer_view(&self, pixels: usize) -> Result<View, Error> {
+        let most = MOST_SAMPLES / 4 / self.finer_lamps.len().max(1);
+        of(self, &self.finer_lamps, pixels.min(most.max(1)))
+    }
+}
+
+/// What the pixels of `scene` see of `lamps`; if more than `most` pixels see the surface, `most` of them at the most.
+fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
     let (width, height) = scene.size();
     let hit = |pixel: u32| scene.surface.hit(&scene.camera.ray(pixel % width, pixel / width));
     // The points themselves are found again below: kept, those of a large image would be gigabytes.

@@ -11,6 +11,9 @@ use crate::tradeoff::Candidate;
 use std::borrow::Cow;
 use std::sync::Arc;
 
+/// Pairs of directions, and samples of the measurement, that fits begin with.
+pub const DRAWN: usize = 20_000;
+
 /// Samples that models are fitted to.
 #[derive(Clone)]
 struct FitTo<'a> {
@@ -42,7 +45,7 @@ impl<'a> Fits<'a> {
         if filters.weighting.is_some() {
             return Ok(Self { searched: vec![own], shown: None });
         }
-        let drawn = studio.draw(measurement, options);
+        let drawn = studio.draw(measurement, filters.samples.unwrap_or(DRAWN));
         let data = drawn.ok_or_else(|| {
             Error::Usage("--max-theta: expected light within it in the scene, found none".to_owned())
         })?;

@@ -1,13 +1,11 @@
 //! How much each pair of directions of a scene matters to its image, and samples drawn in proportion.
 
-use super::studio::Studio;
-use super::{COVERED_SHARE, DRAWN};
-use crate::fit::Options;
 use crate::image::luminance;
 use crate::math::count;
-use crate::measurement::Measurement;
 use crate::scene::View;
-use std::collections::BTreeMap;
+
+/// A pixel counts if at least this share of its light comes along directions with data around them.
+pub const COVERED_SHARE: f64 = 0.5;
 
 /// How much the pairs of a view matter to its image.
 pub(super) struct Importance {
@@ -19,14 +17,13 @@ pub(super) struct Importance {
 
 impl Importance {
     pub(super) fn new(view: &View, known: &[bool]) -> Self {
+        assert_eq!(known.len(), view.samples.len(), "what is known stands beside each pair of the view");
         let light: Vec<f64> = view.samples.iter().map(|seen| luminance(seen.weight)).collect();
         let mut by_pixel = vec![[0.0; 2]; view.covered.len()];
         for ((seen, light), known) in view.samples.iter().zip(&light).zip(known) {
-            let place = usize::try_from(seen.pixel).ok().and_then(|pixel| by_pixel.get_mut(pixel));
-            if let Some([all, with_data]) = place {
-                *all += light;
-                *with_data += if *known { *light } else { 0.0 };
-            }
+            let [all, with_data] = &mut by_pixel[seen.place()];
+            *all += light;
+            *with_data += if *known { *light } else { 0.0 };
         }
         Self { light, by_pixel }
     }
@@ -42,23 +39,20 @@ impl Importance {
         let sums = self.by_pixel.iter().fold([0.0; 2], |[a, b], [all, with_data]| [a + all, b + with_data]);
         if sums[0] > 0.0 { sums[1] / sums[0] } else { 0.0 }
     }
-}
 
-impl Studio {
-    /// The measurement at pairs of the view, drawn in proportion to what an error there does to the image; none if no pair is
-    /// known.
+    /// Pairs of the view, `wanted` of them, drawn in proportion to what an error there does to the image; none if no pair is known.
     ///
     /// An error d of f at a pair with weight w changes its pixel by w d, and the pairs of a pixel err alike, so
     /// the pixel's squared error is at most W sum(w d^2), W their sum (Cauchy and Schwarz). Fits compare x = f cos(theta_i):
     /// a pair counts W w/cos(theta_i)^2.
-    pub(super) fn draw(&self, measurement: &Measurement, options: &Options) -> Option<Measurement> {
-        let Importance { light, by_pixel } = &self.importance;
+    pub(super) fn draw(&self, view: &View, known: &[bool], wanted: usize) -> Option<Vec<usize>> {
+        assert_eq!(self.light.len(), view.samples.len(), "the view is the one whose pairs matter");
+        assert_eq!(known.len(), view.samples.len(), "what is known stands beside each pair of the view");
         let mut sum = 0.0;
-        let seen = self.view.samples.iter().zip(light).zip(&self.known);
+        let seen = view.samples.iter().zip(&self.light).zip(known);
         let running: Vec<f64> = seen
             .map(|((seen, light), known)| {
-                let pixel = usize::try_from(seen.pixel).ok().and_then(|pixel| by_pixel.get(pixel));
-                let [of_pixel, _] = pixel.copied().unwrap_or_default();
+                let [of_pixel, _] = self.by_pixel[seen.place()];
                 let cosine = seen.pair.wi.z;
                 if *known && cosine > 0.0 {
                     sum += of_pixel * light / (cosine * cosine);
@@ -70,22 +64,10 @@ impl Studio {
             return None;
         }
         // One from each of as many equal stretches of the sum, at its middle: no chance is left.
-        let wanted = options.filters.samples.unwrap_or(DRAWN);
-        let chosen: Vec<usize> = (0..wanted)
-            .map(|k| {
-                let at = (count(k) + 0.5) / count(wanted) * sum;
-                running.partition_point(|running| *running <= at).min(running.len().saturating_sub(1))
-            })
-            .collect();
-        let pick = |row: &Vec<f64>| chosen.iter().filter_map(|index| row.get(*index).copied()).collect();
-        Some(Measurement {
-            directions: self.directions.select(&chosen),
-            values: self.values.iter().map(pick).collect(),
-            sigma: None,
-            dropped: BTreeMap::new(),
-            doubts: Vec::new(),
-            source: measurement.source.clone(),
-            channels: measurement.channels.clone(),
-        })
+        let pair_at = |k: usize| {
+            let at = (count(k) + 0.5) / count(wanted) * sum;
+            running.partition_point(|running| *running <= at).min(running.len().saturating_sub(1))
+        };
+        Some((0..wanted).map(pair_at).collect())
     }
 }

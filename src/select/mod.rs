@@ -4,6 +4,11 @@
 //! to the image that the measurement makes, and its image compared with that one. docs/select.md describes it, and the JSON form
 //! field by field.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 mod fits;
 mod importance;
 mod seen;
@@ -11,6 +16,8 @@ mod studio;
 mod target;
 mod text;
 
+pub use fits::DRAWN;
+pub use importance::COVERED_SHARE;
 pub use seen::SeenMap;
 pub use text::table;
 
@@ -32,12 +39,8 @@ use studio::{Precision, Studio, Values};
 pub const SCHEMA: &str = "brdfit.select/1";
 /// The tolerance where none is given: the 95th percentile of CIEDE2000 that is just noticeable.
 pub const JUST_NOTICEABLE: f64 = 1.0;
-/// Pairs of directions, and samples of the measurement, that fits begin with.
-pub const DRAWN: usize = 20_000;
 /// Pixels that are looked at again in finer light, at most.
 pub const FINER_PIXELS: usize = 1000;
-/// A pixel counts if at least this share of its light comes along directions with data around them.
-pub const COVERED_SHARE: f64 = 0.5;
 
 /// What a scene needs.
 #[derive(Clone, Debug, Serialize)]
@@ -220,11 +223,11 @@ pub fn select(
         return Err(failure.unwrap_or_else(|| Error::Usage("expected a model, found none".to_owned())));
     };
     let next_cheaper = answer.and_then(|answer| {
-        let cost = shown.get(answer).map(|(tried, _)| tried.cost)?;
+        let cost = shown[answer].0.cost;
         shown.iter().take(answer).rposition(|(tried, _)| !tried.passes && tried.cost < cost)
     });
-    let (tried, images): (Vec<Tried>, Vec<Image>) = shown.into_iter().unzip();
-    let fitted = images.into_iter().nth(displayed).unwrap_or_else(|| studio.measured.clone());
+    let (tried, mut images): (Vec<Tried>, Vec<Image>) = shown.into_iter().unzip();
+    let fitted = images.swap_remove(displayed);
     let selected = Selected {
         schema: SCHEMA,
         version: env!("CARGO_PKG_VERSION"),

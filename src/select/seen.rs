@@ -30,10 +30,8 @@ impl SeenMap {
         for seen in &view.samples {
             let light = luminance(seen.weight);
             let (h, d) = cell(&of(&seen.pair));
-            if let Some(place) = share.get_mut(h).and_then(|row| row.get_mut(d)) {
-                *place += light;
-                sum += light;
-            }
+            share[h][d] += light;
+            sum += light;
         }
         if sum > 0.0 {
             share.iter_mut().flatten().for_each(|cell| *cell /= sum);
@@ -41,9 +39,8 @@ impl SeenMap {
         let (mut unseen, mut all) = (0_u32, 0_u32);
         for g in measurement.directions.iter() {
             let (h, d) = cell(&g);
-            let shown = share.get(h).and_then(|row| row.get(d)).is_some_and(|share| *share > 0.0);
             all = all.saturating_add(1);
-            unseen = unseen.saturating_add(u32::from(!shown));
+            unseen = unseen.saturating_add(u32::from(share[h][d] <= 0.0));
         }
         let samples_never_seen = if all > 0 { f64::from(unseen) / f64::from(all) } else { 0.0 };
         Self { cell_deg: CELL_DEG, share, samples_never_seen }

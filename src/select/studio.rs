@@ -6,10 +6,12 @@ use crate::error::Error;
 use crate::fit::{Metric, Shown};
 use crate::geometry::{Directions, Pair};
 use crate::image::{Differences, Image, differences, exposure};
+use crate::measurement::Measurement;
 use crate::measurement::interpolant::Interpolant;
 use crate::model::Expression;
 use crate::scene::View;
 use crate::tradeoff::{counted, in_single_precision};
+use std::collections::BTreeMap;
 
 /// Shapes and amplitudes of every lobe, per channel, in formula units.
 pub(super) type Values = Vec<Vec<(Vec<f64>, Vec<f64>)>>;
@@ -69,9 +71,25 @@ impl Studio {
         }
     }
 
-    /// Operations of one evaluation.
+    /// The measurement at `wanted` pairs of the view, drawn in proportion to what an error there does to the image; none if no
+    /// pair is known.
+    pub(super) fn draw(&self, measurement: &Measurement, wanted: usize) -> Option<Measurement> {
+        let chosen = self.importance.draw(&self.view, &self.known, wanted)?;
+        let pick = |row: &Vec<f64>| chosen.iter().map(|&index| row[index]).collect();
+        Some(Measurement {
+            directions: self.directions.select(&chosen),
+            values: self.values.iter().map(pick).collect(),
+            sigma: None,
+            dropped: BTreeMap::new(),
+            doubts: Vec::new(),
+            source: measurement.source.clone(),
+            channels: measurement.channels.clone(),
+        })
+    }
+
+    /// Operations of one evaluation of the first channel.
     pub(super) fn cost(&self, expression: &Expression, values: &Values) -> u64 {
-        values.first().map_or(0, |first| counted(expression, first, self.pairs()).0.weighted())
+        counted(expression, &values[0], self.pairs()).0.weighted()
     }
 
     /// The image that a model makes, and how far it is from the measured one.
@@ -104,12 +122,12 @@ impl Studio {
         let mut shown = Shown::new();
         let mut last = None;
         for (seen, known) in self.view.samples.iter().zip(&self.known) {
-            let pixel = usize::try_from(seen.pixel).unwrap_or(usize::MAX);
-            if !known || self.compared.get(pixel) != Some(&true) {
+            let pixel = seen.place();
+            if !known || !self.compared[pixel] {
                 continue;
             }
             if last != Some(pixel) {
-                let colour = self.measured.pixels.get(pixel).copied().unwrap_or_default();
+                let colour = self.measured.pixels[pixel];
                 shown.add_pixel(Target::new(metric, colour.map(|value| value * exposure)));
                 last = Some(pixel);
             }
@@ -119,15 +137,16 @@ impl Studio {
     }
 }
 
-/// The image that values per channel and pair make. What nobody has measured is left out of every image, so that none is wrong
+/// The image that values per channel and pair make: red, green and blue, or grey where there is one channel. What nobody has measured is left out of every image, so that none is wrong
 /// there.
 fn image(view: &View, known: &[bool], values: &[Vec<f64>]) -> Result<Image, Error> {
+    assert!(matches!(values.len(), 1 | 3), "expected one channel or three, found {}", values.len());
     let masked = |row: &Vec<f64>| -> Vec<f64> {
+        assert_eq!(row.len(), known.len(), "a value and what is known of it for each pair");
         row.iter().zip(known).map(|(f, known)| if *known { *f } else { 0.0 }).collect()
     };
     let rows: Vec<Vec<f64>> = values.iter().map(masked).collect();
-    // A single channel is grey.
-    let row = |k: usize| rows.get(k).or(rows.first()).map_or(&[][..], Vec::as_slice);
+    let row = |k: usize| rows[k.min(rows.len() - 1)].as_slice();
     let side = |n: u32| usize::try_from(n).unwrap_or(0);
     Image::new(side(view.width), side(view.height), view.image([row(0), row(1), row(2)]))
 }

@@ -61,7 +61,7 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
             name(tried)
         )?;
     }
-    let tried = |index: Option<usize>| index.and_then(|index| found.tried.get(index));
+    let tried = |index: Option<usize>| index.map(|index| &found.tried[index]);
     match tried(found.answer) {
         Some(answer) => {
             writeln!(

@@ -1,18 +1,20 @@
 //! Synthetic measurements: a model's values at given directions, with noise of known size; and what a rough
 //! surface of little mirrors reflects, ray by ray.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 pub mod heightfield;
 
-use crate::error::{Error, excerpt};
-use crate::geometry::{Directions, Geometry, Pair, direction, spherical_degrees};
-use crate::measurement::csv_table::{ANGLES, Columns, records};
+use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::{Channel, Measurement};
 use crate::model::Expression;
 use crate::parameters::ParameterTable;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
-use std::fmt::Write as _;
 
 /// Noise of a synthetic measurement: f (1 + relative N(0,1)) + absolute N(0,1); negatives are kept.
 #[derive(Clone, Copy, Debug, Default)]
@@ -95,9 +97,9 @@ pub fn values(
     if noise.any() {
         // Sample by sample, all channels of each.
         for sample in 0..directions.len() {
-            for value in values.iter_mut().filter_map(|row| row.get_mut(sample)) {
+            for row in &mut values {
                 let mut normal = || rng.sample::<f64, _>(StandardNormal);
-                *value = *value * (1.0 + noise.relative * normal()) + noise.absolute * normal();
+                row[sample] = row[sample] * (1.0 + noise.relative * normal()) + noise.absolute * normal();
             }
         }
     }
@@ -123,66 +125,4 @@ pub fn measurement(
         dropped: std::collections::BTreeMap::new(),
         doubts: Vec::new(),
     }
-}
-
-/// The measurement as CSV in this project's own format, with `comments` in its head.
-///
-/// # Errors
-/// [`Error::Usage`] if a value is not finite, or if the channels are called what no header can say.
-pub fn csv(measurement: &Measurement, comments: &[String]) -> Result<String, Error> {
-    let mut text = String::new();
-    for comment in comments {
-        // A comment ends with its line.
-        let _ = writeln!(text, "# {}", comment.replace(char::is_control, " "));
-    }
-    let header = header(measurement);
-    check_header(&header, measurement)?;
-    text.push_str(&header);
-    text.push('\n');
-    for (index, geometry) in measurement.directions.iter().enumerate() {
-        let mut fields = angles(&geometry).to_vec();
-        let sigma = measurement.sigma.iter().flatten();
-        fields.extend(measurement.values.iter().chain(sigma).filter_map(|row| row.get(index)));
-        if fields.iter().any(|v| !v.is_finite()) {
-            return Err(Error::Usage(format!("the model is not finite at sample {}", index + 1)));
-        }
-        let fields: Vec<String> = fields.iter().map(|v| format!("{v}")).collect();
-        text.push_str(&fields.join(","));
-        text.push('\n');
-    }
-    Ok(text)
-}
-
-/// The names of the columns, quoted where they need it.
-fn header(measurement: &Measurement) -> String {
-    let mut columns: Vec<String> = ANGLES.map(str::to_owned).into();
-    columns.extend(measurement.channels.iter().map(|channel| channel.name.clone()));
-    match (measurement.sigma.is_some(), measurement.channels.as_slice()) {
-        (false, _) => {}
-        (true, [_]) => columns.push("sigma".to_owned()),
-        (true, several) => columns.extend(several.iter().map(|channel| format!("sigma_{}", channel.name))),
-    }
-    let quoted = |name: &String| {
-        if name.contains([',', '"']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.clone() }
-    };
-    columns.iter().map(quoted).collect::<Vec<_>>().join(",")
-}
-
-/// Whether a header says what the channels are: a channel may be called `sigma`, or end in a blank, by a user who
-/// makes it up.
-fn check_header(header: &str, measurement: &Measurement) -> Result<(), Error> {
-    let wanted = || measurement.channels.iter().map(|channel| &channel.name);
-    let read = records(header).next().and_then(Result::ok).and_then(|(_, names)| Columns::parse(&names).ok());
-    if read.is_some_and(|columns| columns.channels.iter().map(|channel| &channel.name).eq(wanted())) {
-        return Ok(());
-    }
-    let names: Vec<&str> = wanted().map(String::as_str).collect();
-    let expected = "channels: expected names that differ and that a header of CSV can hold";
-    Err(Error::Usage(format!("{expected}, found {}", excerpt(&names.join(", ")))))
-}
-
-fn angles(geometry: &Geometry<f64>) -> [f64; 4] {
-    let (theta_i, phi_i) = spherical_degrees(geometry.wi.into());
-    let (theta_o, phi_o) = spherical_degrees(geometry.wo.into());
-    [theta_i, phi_i, theta_o, phi_o]
 }

@@ -1,8 +1,9 @@
 //! What an evaluation costs: operations, which depend on the formula alone, and nanoseconds on this machine.
 
-use crate::geometry::{Directions, Geometry, Pair};
+use crate::geometry::{BLOCK, Block, Directions, Geometry, Pair};
 use crate::math::{Counted, Operations, Real, count, counting};
-use crate::model::Expression;
+use crate::model::{BasisBlock, Derivatives, Expression, ModelEntry, Role};
+use crate::synthetic::scattered_directions;
 use serde::Serialize;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -46,18 +47,30 @@ pub struct Cost {
     pub time_ns: Nanoseconds,
 }
 
+/// What an evaluation of a model's basis functions costs in a fit, nanoseconds per pair of directions on one thread; differs from
+/// run to run.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BasisCost {
+    /// Of the values alone.
+    pub value: f64,
+    /// With their derivatives with respect to every shape.
+    pub with_derivatives: f64,
+}
+
 /// How long one series of evaluations is repeated at least.
 const SERIES: Duration = Duration::from_millis(2);
 /// How many series are timed.
 const REPEATS: usize = 9;
-/// Evaluations in a call. The preparation is measured apart; it is to be small beside so many.
+/// Evaluations in a call. The preparation is measured apart; it is to be small beside them.
 const PAIRS: usize = 2048;
-/// The same where the preparation takes more operations than [`LONG`], as tables do.
+/// Evaluations in a call where the preparation takes more operations than [`LONG`], as tables do.
 const MORE_PAIRS: usize = 40_000;
+/// Operations of a preparation beyond which it is long.
 const LONG: u64 = 20_000;
 
 /// Counts and times evaluations with the parameters of one channel at `pairs`.
 pub(super) fn cost(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: &[Pair]) -> Cost {
+    assert!(!pairs.is_empty(), "a cost is measured at pairs of directions");
     let (operations, once) = counted(expression, values, pairs);
     let evaluations = if once.weighted() > LONG { MORE_PAIRS } else { PAIRS };
     let pairs: Vec<Pair> = pairs.iter().copied().cycle().take(evaluations).collect();
@@ -71,6 +84,45 @@ pub(super) fn cost(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pai
             blocks_f64: blocks(expression, values, pairs),
         },
     }
+}
+
+/// Blocks in which basis functions are timed: few enough for the nearest caches.
+const BASIS_BLOCKS: usize = 8;
+/// Passes over those blocks, of which the fastest counts: enough for one of them to be undisturbed.
+const BASIS_PASSES: usize = 20;
+
+/// Times the basis functions of a model's default variant where a fit begins.
+#[must_use]
+pub fn basis_cost(entry: &ModelEntry) -> BasisCost {
+    let model = match entry.build(&[]) {
+        Ok((model, _)) => model,
+        Err(_) => return BasisCost { value: f64::NAN, with_derivatives: f64::NAN },
+    };
+    let shapes = model.parameters().into_iter().filter(|spec| spec.role == Role::Shape);
+    let shapes: Vec<f64> = shapes.map(|spec| spec.in_formula_units(spec.initial)).collect();
+    let pairs = BASIS_BLOCKS * BLOCK;
+    let directions = Directions::Scattered(scattered_directions(pairs, 80.0, 1));
+    let blocks: Vec<Block> = directions
+        .blocks()
+        .map(|range| {
+            let mut block = Block::new();
+            directions.fill(range, &mut block);
+            block
+        })
+        .collect();
+    let mut basis = BasisBlock::default();
+    let mut time = |derivatives: Derivatives<'_>| {
+        let mut pass = || {
+            for block in &blocks {
+                basis.forget();
+                model.evaluate(black_box(block), &shapes, derivatives, &mut basis);
+                black_box(&mut basis);
+            }
+        };
+        let passes = (0..BASIS_PASSES).map(|_| series(&mut pass, 1));
+        passes.fold(f64::INFINITY, f64::min) * 1e9 / count(pairs)
+    };
+    BasisCost { value: time(Derivatives::None), with_derivatives: time(Derivatives::All) }
 }
 
 /// The operations of one evaluation, and those done once for the parameters.
@@ -112,7 +164,7 @@ fn converted<R: Real>(values: &[(Vec<f64>, Vec<f64>)]) -> Values<R> {
 
 fn scalar<R: Real>(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: &[Pair]) -> Spread {
     let (geometries, values) = (geometries::<R>(pairs), converted::<R>(values));
-    let one = geometries.get(..1).unwrap_or_default();
+    let one = &geometries[..1];
     per_evaluation(
         geometries.len(),
         || drop(black_box(expression.values_in(black_box(&geometries), &values))),
@@ -142,7 +194,7 @@ fn per_evaluation(evaluations: usize, mut all: impl FnMut(), mut one: impl FnMut
         })
         .collect();
     found.sort_by(f64::total_cmp);
-    let at = |share: usize| found.get(share * (REPEATS - 1) / 4).copied().unwrap_or(0.0);
+    let at = |share: usize| found[share * (REPEATS - 1) / 4];
     Spread { median: at(2), low: at(1), high: at(3) }
 }
 

@@ -3,12 +3,17 @@
 //!
 //! docs/tradeoff.md describes what is measured and the JSON form field by field.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 mod cost;
 mod ladder;
 mod plot;
 mod text;
 
-pub use cost::{Cost, Nanoseconds, Spread};
+pub use cost::{BasisCost, Cost, Nanoseconds, Spread, basis_cost};
 pub(crate) use cost::{counted, in_single_precision};
 pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
 pub use plot::svg;
@@ -321,12 +326,14 @@ impl Comparison<'_> {
     /// The first channel at the directions of comparison.
     fn values(&self, fitted: &Fitted) -> Vec<f64> {
         let directions = Directions::Scattered(self.pairs.clone());
-        let values = fitted.expression.values(&directions, &[fitted.fit.table.formula_values(0)]);
-        values.into_iter().next().unwrap_or_default()
+        let mut values = fitted.expression.values(&directions, &[fitted.fit.table.formula_values(0)]);
+        values.swap_remove(0)
     }
 
     /// Root of the summed squares of the difference of f cos(theta_i) over that of `reference`.
     fn distance(&self, found: &[f64], reference: &[f64]) -> f64 {
+        assert_eq!(found.len(), self.pairs.len(), "a value for each pair");
+        assert_eq!(reference.len(), self.pairs.len(), "a value for each pair");
         let (mut difference, mut size) = (0.0, 0.0);
         for ((found, reference), pair) in found.iter().zip(reference).zip(&self.pairs) {
             difference += ((found - reference) * pair.wi.z).powi(2);

@@ -10,11 +10,11 @@ use brdfit::Error;
 use brdfit::drawdown::{self, Drawdown, Record, Surface};
 use brdfit::fit::{Options, evaluate};
 use brdfit::measurement::Measurement;
+use brdfit::measurement::formats::csv::write as write_csv;
 use brdfit::measurement::formats::{BinPosition, File, ReadOptions, directions_of, read_file};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, SettingTexts};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, table, warnings};
-use brdfit::synthetic::csv as write_csv;
 use serde_json::Value;
 use std::path::Path;
 

@@ -4,14 +4,17 @@
 //! line: theta_i, phi_i, theta_o, phi_o in radians and f in 1/sr for each wavelength. White space of any
 //! kind separates.
 
-use super::{Confidence, File, Format, ReadOptions, finite, line_place, polar_angle};
+use super::fields::{finite, polar_angle};
+use super::file::File;
+use super::format::{Confidence, Format, ReadOptions};
 use crate::error::{Error, Place, excerpt};
 use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::{Channel, Measurement, Source};
 use std::collections::{BTreeMap, HashSet};
 
 /// The format's line in the registry.
-pub const FORMAT: Format = Format { name: "cornell", summary: "a Cornell text table", sniff, read };
+pub const FORMAT: Format =
+    Format { name: "cornell", summary: "a Cornell text table", sniff, read, directions: None };
 
 /// More wavelengths than any instrument resolves: a larger count is not one.
 const MOST_WAVELENGTHS: usize = 100_000;
@@ -46,7 +49,7 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
     let number = first.parse::<usize>().ok().filter(|n| (1..=MOST_WAVELENGTHS).contains(n));
     let Some(number) = number else {
         let expected = format!("the number of wavelengths, 1 to {MOST_WAVELENGTHS}");
-        return Err(Error::malformed(file.path, line_place(line), expected, excerpt(first)));
+        return Err(Error::malformed(file.path, Place::of_line(line), expected, excerpt(first)));
     };
     let mut channels: Vec<Channel> = Vec::new();
     let mut seen = HashSet::new();
@@ -54,13 +57,13 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
     for index in 0..number {
         let Some((line, word)) = words.next() else {
             let expected = format!("{number} wavelengths");
-            return Err(Error::malformed(file.path, line_place(last_line), expected, format!("{index}")));
+            return Err(Error::malformed(file.path, Place::of_line(last_line), expected, format!("{index}")));
         };
         last_line = line;
-        let nm = finite(file, line_place(line), "a wavelength", word)?;
+        let nm = finite(file, Place::of_line(line), "a wavelength", word)?;
         if nm <= 0.0 || !seen.insert(nm.to_bits()) {
             let expected = "a positive wavelength in nm, each once";
-            return Err(Error::malformed(file.path, line_place(line), expected, excerpt(word)));
+            return Err(Error::malformed(file.path, Place::of_line(line), expected, excerpt(word)));
         }
         channels.push(Channel::at_wavelength(nm));
     }
@@ -69,13 +72,13 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         && line == last_line
     {
         let expected = format!("the end of the line after {number} wavelengths");
-        return Err(Error::malformed(file.path, line_place(line), expected, excerpt(word)));
+        return Err(Error::malformed(file.path, Place::of_line(line), expected, excerpt(word)));
     }
 
     let mut pairs = Vec::new();
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); number];
     for (index, line) in text.lines().enumerate().skip(last_line) {
-        let place = line_place(index + 1);
+        let place = Place::of_line(index + 1);
         let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();
         if words.is_empty() {
             continue;

@@ -1,7 +1,6 @@
 //! A file on its way into memory.
 
-use super::line_place;
-use crate::error::Error;
+use crate::error::{Error, Place};
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::io::Read;
@@ -107,7 +106,7 @@ impl<'a> File<'a> {
         } else {
             format!("a stray byte at offset {at}")
         };
-        Error::malformed(self.path, line_place(line), "text in UTF-8", found)
+        Error::malformed(self.path, Place::of_line(line), "text in UTF-8", found)
     }
 
     /// Hands what follows the first `offset` bytes to `take`, `piece` words of 64 bits at a time as they stand

@@ -5,7 +5,8 @@
 //! on the half/difference grid. Stored values times (1, 1.15, 1.66)/1500 are f in 1/sr. A negative cell
 //! was not measured.
 
-use super::{BinPosition, Confidence, File, Format, ReadOptions};
+use super::file::File;
+use super::format::{BinPosition, Confidence, Format, ReadOptions};
 use crate::error::{Error, Place};
 use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::measurement::{Channel, Measurement, Source};
@@ -17,11 +18,13 @@ use std::path::Path;
 /// f per stored unit, by channel.
 pub const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
+/// Bytes of the three integers at the beginning.
 const HEADER_BYTES: usize = 12;
+/// Bytes of a whole file.
 const FILE_BYTES: usize = HEADER_BYTES + 3 * 8 * HalfDifferenceGrid::CELLS;
 
 /// The format's line in the registry.
-pub const FORMAT: Format = Format { name: "merl", summary: "a MERL table", sniff, read };
+pub const FORMAT: Format = Format { name: "merl", summary: "a MERL table", sniff, read, directions: None };
 
 fn header(bytes: &[u8]) -> Option<[i32; 3]> {
     let mut integers =

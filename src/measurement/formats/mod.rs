@@ -1,62 +1,24 @@
 //! Readers, chosen by content.
 //!
-//! To add a format: copy the file of the one most like it, and add one line to [`REGISTRY`].
+//! To add a format: copy the file of the one most like it, and add its `mod` and one line to [`REGISTRY`].
 
 mod cornell;
+pub mod csv;
+mod fields;
 mod file;
-pub mod genuine_merl;
+mod format;
 pub mod merl;
-mod table;
 
 pub use file::File;
+pub use format::{BinPosition, Confidence, Format, ReadDirections, ReadOptions};
 
 use super::{Measurement, Source};
-use crate::error::{Error, Place, excerpt, short};
+use crate::error::{Error, Place, excerpt};
 use crate::geometry::Pair;
 use std::path::Path;
 
-/// How sure a format is that a file is its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Confidence {
-    /// Some other format's.
-    No,
-    /// It looks like an attempt at this format; reading it will say what is wrong.
-    Maybe,
-    /// This format's beyond doubt.
-    Yes,
-}
-
-/// Which directions the cells of a half/difference table stand for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum BinPosition {
-    /// The centre of the bin.
-    #[default]
-    Center,
-    /// Its lower edge.
-    Edge,
-}
-
-/// What a reader may be told.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ReadOptions {
-    /// Which directions the cells of a MERL table stand for.
-    pub merl_bins: BinPosition,
-}
-
-/// A reader of one format.
-pub struct Format {
-    /// Name on the command line and in reports.
-    pub name: &'static str,
-    /// What it is, in one line.
-    pub summary: &'static str,
-    /// Whether a file is of this format.
-    pub sniff: fn(&File<'_>) -> Confidence,
-    /// Reads it. The caller fills in the source.
-    pub read: fn(&mut File<'_>, &ReadOptions) -> Result<Measurement, Error>,
-}
-
 /// Every format, the most easily recognised first.
-pub const REGISTRY: &[Format] = &[merl::FORMAT, cornell::FORMAT, table::FORMAT];
+pub const REGISTRY: &[Format] = &[merl::FORMAT, cornell::FORMAT, csv::FORMAT];
 
 /// Reads a measurement in the format named `format`, or in the one that its content shows.
 ///
@@ -100,8 +62,8 @@ pub fn read_directions(path: &Path, options: &ReadOptions) -> Result<Vec<Pair>, 
 /// Like [`read`].
 pub fn directions_of(mut file: File<'_>, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
     let format = recognise(&file)?;
-    if format.name == table::FORMAT.name {
-        return table::directions(&mut file);
+    if let Some(directions) = format.directions {
+        return directions(&mut file);
     }
     let measurement = (format.read)(&mut file, options)?;
     let pairs = measurement.directions.iter().map(|g| Pair { wi: g.wi.into(), wo: g.wo.into() });
@@ -147,43 +109,4 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
         };
         Error::malformed(file.path, Place::File, summaries.join(" or "), found)
     })
-}
-
-/// The place of a line counted from 1.
-fn line_place(line: usize) -> Place {
-    Place::Line(u64::try_from(line).unwrap_or(u64::MAX))
-}
-
-/// A finite number.
-///
-/// # Errors
-/// [`Error::Malformed`] for anything else, NaN and infinity included.
-fn finite(file: &File<'_>, place: Place, what: &str, token: &str) -> Result<f64, Error> {
-    match token.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => {
-            let expected = format!("a finite number for {}", short(what));
-            Err(Error::malformed(file.path, place, expected, excerpt(token)))
-        }
-    }
-}
-
-/// Room for directions at the horizon that were rounded in writing, radians.
-const HORIZON_TOLERANCE: f64 = 1e-5;
-
-/// Checks that a polar angle in radians is at most a right angle.
-///
-/// # Errors
-/// [`Error::Malformed`] naming the angle in degrees.
-fn polar_angle(file: &File<'_>, place: Place, what: &str, theta: f64) -> Result<f64, Error> {
-    if theta.abs() <= std::f64::consts::FRAC_PI_2 + HORIZON_TOLERANCE {
-        return Ok(theta);
-    }
-    let degrees = theta.to_degrees();
-    let found = if degrees.abs() < 1e6 {
-        format!("{} degrees", (degrees * 1e6).round() / 1e6)
-    } else {
-        format!("{degrees:e} degrees")
-    };
-    Err(Error::malformed(file.path, place, format!("{what} within 90 degrees of the normal"), found))
 }

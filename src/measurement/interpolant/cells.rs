@@ -7,7 +7,8 @@
 //! had at least half of it. Where none of the eight is there, the nearest cell towards theta_h = theta_d = 0 answers,
 //! and the pair is not covered.
 
-use super::{HalfDifference, apart, spread};
+use super::half_difference::HalfDifference;
+use super::left_out::{apart, spread};
 use crate::geometry::{HalfDifferenceGrid, Pair};
 use crate::math::count;
 use rayon::prelude::*;
@@ -26,6 +27,7 @@ pub(super) struct Cells {
     values: Vec<f64>,
 }
 
+/// Stands for the sample of a cell that the measurement does not hold.
 const ABSENT: u32 = u32::MAX;
 
 /// The indices of a cell; theta_h and theta_d may lie outside the grid.

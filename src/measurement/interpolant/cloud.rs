@@ -49,8 +49,9 @@
 //!
 //! cbrt also takes negative values and has no scale: twice the values give twice the answer.
 
+use super::half_difference::HalfDifference;
+use super::left_out::{LeftOut, apart, spread, summary};
 use super::tree::{Near, Point, Tree};
-use super::{HalfDifference, LeftOut, apart, spread};
 use crate::geometry::Pair;
 use crate::math::count;
 use nalgebra::{SMatrix, SVector};
@@ -72,7 +73,7 @@ pub struct Symmetry {
 const NEAREST: usize = 12;
 /// The neighbour that says how far a sample reaches.
 const REACH: usize = 8;
-/// How much worse samples may be foretold with a symmetry than without.
+/// How much worse samples may be predicted with a symmetry than without.
 const WORSE: f64 = 1.1;
 /// Samples left out to choose the symmetry.
 const JUDGES: usize = 500;
@@ -143,7 +144,7 @@ impl Cloud {
                     // Where all light came from one direction, single samples must do.
                     let median = [LeftOut::Light, LeftOut::Sample]
                         .into_iter()
-                        .find_map(|out| super::summary(self.leave_out(out, JUDGES)));
+                        .find_map(|out| summary(self.leave_out(out, JUDGES)));
                     tried.push((self.symmetry, median.map_or(0.0, |errors| errors.median)));
                 }
             }

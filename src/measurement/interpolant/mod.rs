@@ -6,21 +6,22 @@
 //! | scattered | local linear regression on the nearest samples, through every sample: `cloud` |
 //!
 //! Below the horizon f = 0. Every answer says whether data surround the pair, and
-//! [`Interpolant::leave_out_error`] how well samples are foretold by the others. docs/image.md has what was
+//! [`Interpolant::leave_out_error`] how well samples are predicted from the others. docs/image.md has what was
 //! measured of both.
 
 mod cells;
 mod cloud;
+mod half_difference;
+mod left_out;
 mod tree;
 
 pub use cloud::Symmetry;
+pub use left_out::{LeaveOut, LeftOut};
 
 use super::Measurement;
 use crate::geometry::{Directions, Pair};
-use glam::DVec3;
+use left_out::summary;
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::Serialize;
 
 /// A measured BRDF between its samples, and a guess beyond them.
 #[derive(Clone, Debug)]
@@ -44,26 +45,6 @@ pub struct Answer {
     pub covered: Vec<bool>,
 }
 
-/// What is left out with a sample when its value is foretold from the others.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LeftOut {
-    /// The sample alone: optimistic where samples are dense along one angle and sparse along another.
-    Sample,
-    /// All samples with the same light: pessimistic, since lights are then twice as far apart.
-    Light,
-}
-
-/// How well samples are foretold by the others: sum_c |f - f*| / sum_c |f*| over samples left out in turn.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct LeaveOut {
-    /// Median.
-    pub median: f64,
-    /// 95th percentile.
-    pub p95: f64,
-    /// Samples that were left out, evenly from the measurement's order.
-    pub samples: usize,
-}
-
 /// Samples that are left out for a [`LeaveOut`], at most.
 const LEFT_OUT: usize = 4000;
 
@@ -83,6 +64,7 @@ impl Interpolant {
     /// f at every pair. The same at any number of threads.
     #[must_use]
     pub fn at(&self, pairs: &[Pair]) -> Answer {
+        /// Pairs that one thread answers together.
         const PART: usize = 512;
         let parts: Vec<(Vec<f64>, Vec<bool>)> = pairs.par_chunks(PART).map(|part| self.part(part)).collect();
         let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(pairs.len()); self.channels];
@@ -133,63 +115,6 @@ impl Interpolant {
         match &self.kind {
             Kind::Cells(_) => None,
             Kind::Cloud(cloud) => Some(cloud.symmetry()),
-        }
-    }
-}
-
-/// The summary of errors of samples left out.
-fn summary(mut errors: Vec<f64>) -> Option<LeaveOut> {
-    errors.sort_by(f64::total_cmp);
-    let rank = |percent: usize| errors.get((errors.len() * percent).div_ceil(100).max(1) - 1).copied();
-    Some(LeaveOut { median: rank(50)?, p95: rank(95)?, samples: errors.len() })
-}
-
-/// sum |f - f*| / sum |f*|, where that is not 0/0.
-fn apart(found: &[f64], measured: impl Iterator<Item = f64>) -> Option<f64> {
-    let (error, size) = found.iter().zip(measured).fold((0.0, 0.0), |(error, size), (f, measured)| {
-        (error + (f - measured).abs(), size + measured.abs())
-    });
-    (size > 0.0).then(|| error / size)
-}
-
-/// At most `most` indices below `n`, evenly spread.
-fn spread(n: usize, most: usize) -> impl IndexedParallelIterator<Item = usize> {
-    let taken = n.min(most);
-    (0..taken).into_par_iter().map(move |i| i * n / taken.max(1))
-}
-
-/// Half/difference coordinates of a pair.
-#[derive(Clone, Copy, Debug)]
-struct HalfDifference {
-    /// Polar angle of the half vector.
-    theta_h: f64,
-    /// Cosine and sine of its azimuth; (1, 0) where it has none.
-    azimuth: (f64, f64),
-    /// Difference angle.
-    theta_d: f64,
-    /// (wi - wo)/2: at right angles to the half vector, sin(theta_d) long.
-    difference: DVec3,
-    /// sin(theta_d) cos(phi_d): the difference along the plane of normal and half vector.
-    along: f64,
-    /// sin(theta_d) sin(phi_d).
-    across: f64,
-}
-
-impl HalfDifference {
-    fn of(pair: &Pair) -> Self {
-        let (sum, difference) = (0.5 * (pair.wi + pair.wo), 0.5 * (pair.wi - pair.wo));
-        // Only opposite directions, both in the horizon, have no half vector.
-        let h = sum.normalize_or(DVec3::Z);
-        let sin_h = h.x.hypot(h.y);
-        let azimuth = if sin_h > 0.0 { (h.x / sin_h, h.y / sin_h) } else { (1.0, 0.0) };
-        let (cos_phi, sin_phi) = azimuth;
-        Self {
-            theta_h: sin_h.atan2(h.z),
-            azimuth,
-            theta_d: difference.length().atan2(sum.length()),
-            difference,
-            along: (difference.x * cos_phi + difference.y * sin_phi) * h.z - difference.z * sin_h,
-            across: difference.y * cos_phi - difference.x * sin_phi,
         }
     }
 }

@@ -9,7 +9,7 @@
 //! A triangle's slopes are sums of the same waves, hence normally distributed too; the heights are scaled so
 //! that their variance over the triangles is m^2/2 exactly, whatever the grid.
 
-use super::{Fate, RoughSurface};
+use super::surface::{Fate, RoughSurface};
 use crate::math::count;
 use glam::{DVec2, DVec3};
 use rand::{Rng, RngExt};
@@ -82,13 +82,11 @@ struct Hit {
 }
 
 impl Tile {
-    /// A tile with sides of so many correlation lengths, of rms slope `m`.
+    /// A tile of rms slope `m` with sides of `lengths` correlation lengths.
     pub fn new(m: f64, lengths: usize, rng: &mut impl Rng) -> Self {
         let side = lengths * PER_LENGTH;
         let heights = waves(lengths, side, rng);
-        let at = |column: usize, row: usize| {
-            heights.get((row % side) * side + column % side).copied().unwrap_or_default()
-        };
+        let at = |column: usize, row: usize| heights[(row % side) * side + column % side];
         let corners = (0..side * side)
             .map(|i| (i % side, i / side))
             .map(|(c, r)| [[at(c, r), at(c + 1, r)], [at(c, r + 1), at(c + 1, r + 1)]]);
@@ -111,7 +109,7 @@ impl Tile {
         let [bottom, top] = self.range;
         let limit = if direction.z > 0.0 { top } else { bottom };
         loop {
-            let cell = self.cells.get(place.row * self.side + place.column)?;
+            let cell = &self.cells[place.row * self.side + place.column];
             // The way to the edge of the cell along x and y, and to the height where all is over.
             let way = |at: f64, speed: f64| {
                 let edge = if speed > 0.0 { 1.0 } else { 0.0 };
@@ -223,7 +221,7 @@ fn mean_square_slope(cells: &[Cell]) -> f64 {
 /// point.
 fn waves(lengths: usize, side: usize, rng: &mut impl Rng) -> Vec<f64> {
     let turns: Vec<DVec2> = (0..side).map(|i| DVec2::from_angle(TAU * count(i) / count(side))).collect();
-    let turn = |i: usize| turns.get(i % side).copied().unwrap_or_default();
+    let turn = |i: usize| turns[i % side];
     let most = (1..side).take_while(|n| TAU * count(*n) / count(lengths) <= CUTOFF).count();
     let mut heights = vec![0.0; side * side];
     let mut across = vec![DVec2::ZERO; side];

@@ -4,7 +4,7 @@
 //! A groove is a line along y; across it, the surface is z = -t (1 - |x|) for x in -1..1 with slope t. Light
 //! that enters a groove leaves it or hits it again: grooves do not see each other.
 
-use super::{Fate, RoughSurface};
+use super::surface::{Fate, RoughSurface};
 use glam::{DVec2, DVec3};
 
 /// How the slopes of the facets are distributed.

@@ -14,6 +14,7 @@
 mod bins;
 mod gaussian;
 mod grooves;
+mod surface;
 
 pub use grooves::Facets;
 
@@ -23,7 +24,7 @@ use crate::math::count;
 use crate::measurement::{Channel, Measurement, Source};
 use bins::Counts;
 use gaussian::Tile;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use grooves::Grooves;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -31,12 +32,12 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use surface::{Fate, RoughSurface};
 
 /// What kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Normally distributed heights with a Gaussian autocorrelation, on square tiles with sides of so many
-    /// correlation lengths.
+    /// Normally distributed heights with a Gaussian autocorrelation, on square tiles.
     Gaussian {
         /// Correlation lengths along a side, in [`TILES`].
         tile: usize,
@@ -93,22 +94,6 @@ pub struct Simulated {
     pub measurement: Measurement,
     /// The balance of the light, for each angle of incidence.
     pub balance: Vec<Balance>,
-}
-
-/// A surface that rays can be sent to.
-trait RoughSurface {
-    /// What becomes of light from `wi`. `place`, in the unit square, says where on the surface.
-    fn reflect(&self, place: DVec2, wi: DVec3) -> Fate;
-}
-
-/// What becomes of a ray.
-enum Fate {
-    /// It got away, reflected about a half vector of this slope (hx/hz, hy/hz).
-    Escaped(DVec2),
-    /// It met the surface again.
-    Shadowed,
-    /// It never met the surface, which the bottom of the surface rules out; then the balance does not add up.
-    Lost,
 }
 
 /// Tells these random numbers from others with the same seed.

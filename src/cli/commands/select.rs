@@ -1,10 +1,12 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 
-use super::fit::{ReportArguments, at_least_one, threads};
-use super::input::{ReadArguments, SampleArguments};
-use super::output::{Output, json};
-use super::progress::Bar;
-use super::{Outcome, say};
+use crate::cli::messages::say;
+use crate::cli::options::input::{ReadArguments, SampleArguments, WITH_SCENE};
+use crate::cli::options::report::ReportArguments;
+use crate::cli::options::threads::{at_least_one, threads};
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, json};
+use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Options;
 use brdfit::image::{absolute_difference, delta_e_2000, exr, false_colour, png, side_by_side};
@@ -38,7 +40,7 @@ pub struct Arguments {
     /// --weights: by default directions count as the scene shows them; with one of the others the samples themselves are fitted,
     /// which shows what that gains
     #[command(flatten)]
-    samples: SampleArguments,
+    samples: SampleArguments<WITH_SCENE>,
     #[command(flatten)]
     read: ReadArguments,
     /// Threads; by default one per core

@@ -1,9 +1,10 @@
 //! `brdfit evaluate`: scores given parameters, without a fit.
 
-use super::fit::ReportArguments;
-use super::input::{ReadArguments, SampleArguments};
-use super::output::{Output, json};
-use super::{Outcome, say, show};
+use crate::cli::messages::{say, show};
+use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::report::ReportArguments;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, json};
 use brdfit::Error;
 use brdfit::fit::{Options, evaluate};
 use brdfit::model::Expression;

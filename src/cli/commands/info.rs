@@ -1,11 +1,11 @@
 //! `brdfit info`: what a file holds.
 
-use super::input::ReadArguments;
-use super::output::json;
-use super::{Outcome, remark, say};
+use crate::cli::messages::{remark, say};
+use crate::cli::options::input::ReadArguments;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::json;
 use brdfit::Error;
-use brdfit::measurement::formats::genuine_merl;
-use brdfit::measurement::{ALBEDO_LIMIT_DEG, Coverage, Measurement, coverage};
+use brdfit::measurement::{ALBEDO_LIMIT_DEG, Coverage, Measurement, coverage, merl_digests};
 use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -91,7 +91,7 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         path: measurement.source.path.display().to_string(),
         format: measurement.source.format,
         sha256: measurement.source.sha256.clone(),
-        genuine_merl: genuine_merl::material(&measurement.source.sha256),
+        genuine_merl: merl_digests::material(&measurement.source.sha256),
         channels: channels.collect(),
         wavelengths_nm: (wavelengths.len() == measurement.channels.len()).then_some(wavelengths),
         has_sigma: measurement.sigma.is_some(),

@@ -1,10 +1,12 @@
 //! `brdfit tradeoff`: what accuracy costs.
 
-use super::fit::{ReportArguments, at_least_one, threads};
-use super::input::{ReadArguments, SampleArguments};
-use super::output::{Output, json, spares};
-use super::progress::Bar;
-use super::{Outcome, remark, say};
+use crate::cli::messages::{remark, say};
+use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::report::ReportArguments;
+use crate::cli::options::threads::{at_least_one, threads};
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, json, spares};
+use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Options;
 use brdfit::measurement::Filters;

@@ -1,10 +1,11 @@
 //! `brdfit check`: whether a model or a measurement obeys physics, and how well a model computes.
 
-use super::input::ReadArguments;
-use super::output::json;
-use super::progress::Bar;
-use super::synth::channels;
-use super::{Outcome, remark, say};
+use crate::cli::messages::{remark, say};
+use crate::cli::options::channels::channels;
+use crate::cli::options::input::ReadArguments;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::json;
+use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::health::{Effort, Finding, measurement, measurement_table, model, model_table};
 use brdfit::model::Expression;

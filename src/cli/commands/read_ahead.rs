@@ -1,6 +1,6 @@
 //! Reads the next input while the present one is fitted.
 
-use super::input::ReadArguments;
+use crate::cli::options::input::ReadArguments;
 use brdfit::Error;
 use brdfit::measurement::Measurement;
 use rayon::Scope;

@@ -1,13 +1,17 @@
 //! `brdfit fit`: fits models to measurements.
 
-use super::input::{ReadArguments, SampleArguments};
-use super::loss::LossArguments;
-use super::output::{Output, json, spares};
-use super::progress::Bar;
+use super::fit_outputs::Outputs;
 use super::read_ahead::{Input, read_ahead};
-use super::settings::SettingArguments;
-use super::trust::TrustArguments;
-use super::{Outcome, complain, say, show};
+use crate::cli::messages::{complain, say, show};
+use crate::cli::options::fitting::FittingArguments;
+use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::loss::LossArguments;
+use crate::cli::options::report::{ReportArguments, SEVERAL_INPUTS};
+use crate::cli::options::settings::SettingArguments;
+use crate::cli::options::threads::{at_least_one, threads};
+use crate::cli::outcome::Outcome;
+use crate::cli::output::json;
+use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Options;
 use brdfit::model::Expression;
@@ -15,8 +19,6 @@ use brdfit::progress::Progress;
 use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
 use brdfit::solver::Termination;
 use clap::Args;
-use rayon::ThreadPool;
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,7 +35,7 @@ pub struct Arguments {
     #[arg(short, long = "model", required = true, value_name = "EXPR")]
     models: Vec<String>,
     #[command(flatten)]
-    report: ReportArguments,
+    report: ReportArguments<SEVERAL_INPUTS>,
     #[command(flatten)]
     samples: SampleArguments,
     #[command(flatten)]
@@ -41,7 +43,7 @@ pub struct Arguments {
     #[command(flatten)]
     loss: LossArguments,
     #[command(flatten)]
-    trust: TrustArguments,
+    fitting: FittingArguments,
     #[command(flatten)]
     read: ReadArguments,
     /// Stop after so many seconds with the best so far
@@ -52,42 +54,6 @@ pub struct Arguments {
     threads: Option<usize>,
 }
 
-/// Where the report goes.
-#[derive(Args)]
-pub struct ReportArguments {
-    /// Write the JSON report here too; '-' for standard output, a folder for one file per input
-    #[arg(short, long, value_name = "OUT")]
-    output: Option<PathBuf>,
-    /// JSON on standard output instead of the table
-    #[arg(long)]
-    json: bool,
-    /// No table, no progress
-    #[arg(short, long)]
-    quiet: bool,
-}
-
-impl ReportArguments {
-    /// Whether JSON goes to standard output, alone.
-    pub fn json_alone(&self) -> bool {
-        self.json || self.output.as_deref() == Some(Path::new("-"))
-    }
-
-    /// Whether nothing but the result is wanted.
-    pub fn quiet(&self) -> bool {
-        self.quiet
-    }
-
-    /// Refuses to replace a measurement by its report.
-    pub fn check_inputs(&self, inputs: &[PathBuf]) -> Result<(), Error> {
-        spares(inputs, "-o", self.file())
-    }
-
-    /// The file to write.
-    pub fn file(&self) -> Option<&Path> {
-        self.output.as_deref().filter(|path| *path != Path::new("-"))
-    }
-}
-
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let expressions: Vec<Expression> =
@@ -96,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let options = options(arguments, started)?;
     arguments.report.check_inputs(&arguments.inputs)?;
     arguments.read.check()?;
-    let outputs = Outputs::open(arguments)?;
+    let outputs = Outputs::open(arguments.report.file(), &arguments.inputs)?;
     listen_for_interrupts(&options.stop.clone().unwrap_or_default());
     let pool = threads(arguments.threads.unwrap_or(0))?;
     // One to read and one to hash, beside those that fit.
@@ -138,17 +104,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(if good { Outcome::Good } else { Outcome::NotUsable })
 }
 
-/// So many threads; one per core if 0.
-pub fn threads(number: usize) -> Result<ThreadPool, Error> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(number).build();
-    pool.map_err(|e| Error::Usage(format!("--threads: {e}")))
-}
-
-/// A whole number of at least 1.
-pub fn at_least_one(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "expected a whole number of at least 1".to_owned())
-}
-
 fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
     let deadline = arguments
         .timeout
@@ -161,7 +116,7 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
         })
         .transpose()?
         .flatten();
-    arguments.trust.apply(arguments.loss.apply(Options {
+    arguments.fitting.apply(arguments.loss.apply(Options {
         metric: arguments.samples.metric(),
         filters: arguments.samples.filters()?,
         settings: arguments.settings.texts().settings()?,
@@ -263,13 +218,13 @@ impl Run<'_> {
         let fit_one = |expression| {
             let fitting = Instant::now();
             let progress: Arc<dyn Progress> = Arc::clone(&self.bar) as Arc<dyn Progress>;
-            let fitted = arguments.trust.fit(measurement, expression, options, &progress)?;
+            let fitted = arguments.fitting.fit(measurement, expression, options, &progress)?;
             let fit = fitting.elapsed().as_secs_f64();
             let threads = rayon::current_num_threads();
             let circumstances = Circumstances {
                 metric: options.metric,
                 max_theta_deg: options.filters.max_theta_deg,
-                options: arguments.trust.record(
+                options: arguments.fitting.record(
                     &fitted,
                     arguments.loss.record(
                         &fitted,
@@ -320,68 +275,4 @@ fn ranking(reports: &Reports) -> String {
         text += &format!("  failed: {name}{error}\n");
     }
     text
-}
-
-/// The files that reports are written to.
-enum Outputs {
-    None,
-    /// Everything in one file.
-    One(Output),
-    /// One per input, in a folder.
-    Folder(PathBuf, Vec<PathBuf>),
-}
-
-impl Outputs {
-    fn open(arguments: &Arguments) -> Result<Self, Error> {
-        let Some(path) = arguments.report.file() else { return Ok(Self::None) };
-        let asked_for_folder = path.as_os_str().to_string_lossy().ends_with(std::path::MAIN_SEPARATOR);
-        if !path.is_dir() && !asked_for_folder {
-            return Ok(Self::One(Output::open(path)?));
-        }
-        if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty() && !p.is_dir()) {
-            let error = std::io::Error::from(std::io::ErrorKind::NotFound);
-            return Err(Error::write(parent)(error));
-        }
-        let as_file = path.to_string_lossy();
-        if Path::new(as_file.trim_end_matches(std::path::MAIN_SEPARATOR)).is_file() {
-            return Err(Error::Usage(format!("-o {as_file}: expected a folder, found a file")));
-        }
-        let mut taken = HashSet::new();
-        let mut paths = Vec::new();
-        for input in &arguments.inputs {
-            let stem =
-                input.file_stem().map_or_else(|| "report".into(), |s| s.to_string_lossy().into_owned());
-            // Inputs of the same name from several folders are told apart by a number.
-            let name = (1..)
-                .map(|n| if n == 1 { stem.clone() } else { format!("{stem}-{n}") })
-                .find(|name| taken.insert(name.clone()))
-                .unwrap_or(stem);
-            paths.push(path.join(format!("{name}.json")));
-        }
-        // A folder that is there is tried at once; one that is not is made once there is something for it.
-        if path.is_dir() {
-            paths.iter().try_for_each(|path| Output::open(path).map(drop))?;
-        }
-        Ok(Self::Folder(path.to_owned(), paths))
-    }
-
-    /// Writes the reports of one input, where each has its own file.
-    fn input_done(&self, index: usize, reports: &[Report]) -> Result<(), Error> {
-        let Self::Folder(folder, paths) = self else { return Ok(()) };
-        let Some(path) = paths.get(index) else { return Ok(()) };
-        std::fs::create_dir_all(folder).map_err(Error::write(folder))?;
-        let text = match reports {
-            [only] => json(only)?,
-            several => json(&Reports::new(several.to_vec(), Vec::new()))?,
-        };
-        Output::open(path)?.commit(text.as_bytes())
-    }
-
-    /// Writes everything, where that is one file.
-    fn all_done(self, text: &str) -> Result<(), Error> {
-        match self {
-            Self::One(output) => output.commit(text.as_bytes()),
-            _ => Ok(()),
-        }
-    }
 }

@@ -1,9 +1,9 @@
 //! `brdfit synth --from-heightfield`: what a rough surface reflects, ray by ray.
 
-use super::progress::Bar;
+use crate::cli::progress::Bar;
 use brdfit::Error;
+use brdfit::measurement::formats::csv;
 use brdfit::progress::Progress as _;
-use brdfit::synthetic::csv;
 use brdfit::synthetic::heightfield::{BATCH, Facets, Kind, Simulation};
 use clap::{Args, ValueEnum};
 use std::path::Path;
@@ -126,5 +126,5 @@ pub fn traced_table(simulation: &Simulation, output: &Path) -> Result<Vec<u8>, E
         )
     }));
     comments.push("angles in degrees, values in 1/sr, sigma from the number of rays".to_owned());
-    Ok(csv(&traced.measurement, &comments)?.into_bytes())
+    Ok(csv::write(&traced.measurement, &comments)?.into_bytes())
 }

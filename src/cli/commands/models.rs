@@ -1,11 +1,12 @@
 //! `brdfit models`: the zoo.
 
-use super::cost::{Cost, cost};
-use super::output::json;
-use super::{Outcome, say};
+use crate::cli::messages::say;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::json;
 use brdfit::Error;
 use brdfit::error::excerpt;
 use brdfit::model::{AnyModel, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
+use brdfit::tradeoff::{BasisCost, basis_cost};
 use clap::Args;
 use serde::Serialize;
 
@@ -28,7 +29,7 @@ struct ModelRecord {
     /// Whether light and viewer may be exchanged.
     reciprocal: bool,
     /// What the default variant costs on this machine, now.
-    cost_ns: Cost,
+    cost_ns: BasisCost,
     options: Vec<OptionRecord>,
     /// Of every variant; a parameter that only some variants have names their choices.
     parameters: Vec<ParameterRecord>,
@@ -136,7 +137,7 @@ fn record(entry: &ModelEntry) -> ModelRecord {
         summary: entry.summary,
         reference: entry.reference,
         reciprocal: entry.reciprocal,
-        cost_ns: cost(entry),
+        cost_ns: basis_cost(entry),
         options,
         parameters,
     }
@@ -168,7 +169,7 @@ fn text(record: &ModelRecord) -> String {
             p.sharing
         );
     }
-    let Cost { value, with_derivatives } = record.cost_ns;
+    let BasisCost { value, with_derivatives } = record.cost_ns;
     text += &format!(
         "  {value:.1} ns an evaluation, {with_derivatives:.1} ns with derivatives, in blocks on one thread\n"
     );

@@ -1,12 +1,11 @@
-//! This project's own CSV; documented in docs/formats.md.
-//!
-//! `#` comments; a header naming the columns, in any order: `theta_i, phi_i, theta_o, phi_o` in degrees,
-//! one column per channel named freely, and optionally `sigma` (for all channels) or `sigma_<channel>`.
+//! Reads this project's own CSV.
 
-use super::{Confidence, File, Format, ReadOptions, finite, polar_angle};
+use super::columns::{ANGLES, Columns, records};
 use crate::error::{Error, Place, excerpt, short};
 use crate::geometry::{Directions, Pair, direction};
-use crate::measurement::csv_table::{ANGLES, Columns, records};
+use crate::measurement::formats::fields::{HORIZON_TOLERANCE, finite, polar_angle};
+use crate::measurement::formats::file::File;
+use crate::measurement::formats::format::{Confidence, Format, ReadOptions};
 use crate::measurement::{Measurement, Source};
 use csv::StringRecord;
 use std::collections::BTreeMap;
@@ -17,6 +16,7 @@ pub const FORMAT: Format = Format {
     summary: "CSV with a header theta_i,phi_i,theta_o,phi_o,<channel>...",
     sniff,
     read,
+    directions: Some(directions),
 };
 
 fn sniff(file: &File<'_>) -> Confidence {
@@ -84,7 +84,7 @@ fn pair(file: &File<'_>, place: Place, fields: &StringRecord, columns: &[usize; 
 }
 
 /// The directions alone; other columns may hold anything.
-pub(super) fn directions(file: &mut File<'_>) -> Result<Vec<Pair>, Error> {
+fn directions(file: &mut File<'_>) -> Result<Vec<Pair>, Error> {
     let text = file.text()?;
     let file = &*file;
     let mut pairs = Vec::new();
@@ -147,7 +147,7 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
 fn doubts(directions: &Directions) -> Vec<(&'static str, String)> {
     let right_angle = std::f64::consts::FRAC_PI_2.to_radians();
     let steepest = directions.iter().map(|g| g.sin2_i().max(g.sin2_o()).sqrt().asin()).fold(0.0, f64::max);
-    if directions.len() < 2 || steepest > right_angle + super::HORIZON_TOLERANCE || steepest == 0.0 {
+    if directions.len() < 2 || steepest > right_angle + HORIZON_TOLERANCE || steepest == 0.0 {
         return Vec::new();
     }
     let text = format!(

@@ -1,7 +1,7 @@
-//! The columns of this project's CSV, shared by its reader, its writer and `synth --at`.
+//! The columns of this project's CSV, shared by its reader, its writer and `synth --at`, and the records of any CSV.
 
-use super::Channel;
 use crate::error::{Error, Place, excerpt};
+use crate::measurement::Channel;
 use csv::StringRecord;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;

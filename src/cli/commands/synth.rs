@@ -1,16 +1,17 @@
 //! `brdfit synth`: makes a synthetic measurement.
 
-use super::heightfield::{HeightfieldArguments, Surface, traced_table};
-use super::input::checked_max_theta;
-use super::output::{Output, spares};
-use super::{Outcome, say};
+use crate::cli::messages::say;
+use crate::cli::options::channels::channels;
+use crate::cli::options::heightfield::{HeightfieldArguments, Surface, traced_table};
+use crate::cli::options::input::checked_max_theta;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, spares};
 use brdfit::Error;
-use brdfit::error::excerpt;
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
-use brdfit::measurement::formats::{ReadOptions, merl, read_directions};
+use brdfit::measurement::formats::{ReadOptions, csv, merl, read_directions};
 use brdfit::model::Expression;
-use brdfit::parameters::{ParameterTable, Setting, Settings, values};
-use brdfit::synthetic::{Noise, csv, measurement, scattered_directions};
+use brdfit::parameters::{ParameterTable, Setting, values};
+use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -136,29 +137,6 @@ fn write(path: &Path, make: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<O
     Ok(Outcome::Good)
 }
 
-/// The channels that the settings name; r, g, b on a MERL grid; one called f without any.
-pub fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error> {
-    let mut named: Vec<String> = Vec::new();
-    for (selector, _) in settings {
-        if let Some(channel) = selector.channel_if_any()
-            && !named.contains(&channel)
-        {
-            named.push(channel);
-        }
-    }
-    if on_grid {
-        let rgb = ["r", "g", "b"].map(str::to_owned);
-        if let Some(other) = named.iter().find(|name| !rgb.contains(name)) {
-            return Err(Error::Usage(format!(
-                "--grid merl: expected channels r, g and b, found {}",
-                excerpt(other)
-            )));
-        }
-        return Ok(rgb.to_vec());
-    }
-    Ok(if named.is_empty() { vec!["f".to_owned()] } else { named })
-}
-
 fn merl_table(
     arguments: &Arguments,
     expression: &Expression,
@@ -202,5 +180,5 @@ fn scattered_table(
             .push(format!("noise {relative} relative, {absolute} 1/sr absolute, seed {}", arguments.seed));
     }
     comments.push("angles in degrees, values in 1/sr".to_owned());
-    csv(&synthetic, &comments)
+    csv::write(&synthetic, &comments)
 }

@@ -1,8 +1,9 @@
 //! `brdfit kubelka-munk`: absorption and scattering of paint from reflectances over known backings.
 
-use super::fit::ReportArguments;
-use super::output::{Output, json};
-use super::{Outcome, remark, say};
+use crate::cli::messages::{remark, say};
+use crate::cli::options::report::ReportArguments;
+use crate::cli::outcome::Outcome;
+use crate::cli::output::{Output, json};
 use brdfit::Error;
 use brdfit::drawdown::{Record, Surface, fit, read, text};
 use brdfit::model::kubelka_munk::layers::surface_of_index;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// How a fit is made and judged.
 #[derive(Args)]
-pub struct TrustArguments {
+pub struct FittingArguments {
     /// Leave this fraction of the angles of incidence out of the fit, and report the errors on them
     #[arg(long, value_name = "FRACTION")]
     hold_out: Option<f64>,
@@ -83,7 +83,7 @@ impl From<UncertaintyName> for Uncertainty {
     }
 }
 
-impl TrustArguments {
+impl FittingArguments {
     /// The fit's options with these.
     pub fn apply(&self, options: Options) -> Result<Options, Error> {
         self.target_error.map(checked_target).transpose()?;

@@ -1,0 +1,58 @@
+//! Subcommands, one file each.
+//!
+//! To add a subcommand: copy the file of the one most like it, and add its `mod` and one line to `subcommands!` below.
+
+mod check;
+mod evaluate;
+mod fit;
+mod fit_outputs;
+mod info;
+mod kubelka_munk;
+mod models;
+mod read_ahead;
+mod select;
+mod synth;
+mod tradeoff;
+
+use crate::cli::outcome::Outcome;
+use brdfit::Error;
+use clap::Subcommand;
+
+/// Makes the set of subcommands from one line each: the module's `Arguments` and `run`.
+macro_rules! subcommands {
+    ($($(#[$doc:meta])* $name:ident: $module:ident),* $(,)?) => {
+        // No doc comment here: clap would take it for the program's.
+        #[derive(Subcommand)]
+        pub enum Command { $(
+            $(#[$doc])*
+            #[command(allow_negative_numbers = true)]
+            $name(Box<$module::Arguments>)
+        ),* }
+
+        /// Runs a subcommand.
+        pub fn run(command: &Command) -> Result<Outcome, Error> {
+            match command { $(Command::$name(arguments) => $module::run(arguments)),* }
+        }
+    };
+}
+
+subcommands! {
+    /// Fit models to measurements
+    Fit: fit,
+    /// Score given parameters, without a fit
+    Evaluate: evaluate,
+    /// List the models: parameters, bounds, units, references
+    Models: models,
+    /// Show what a file holds
+    Info: info,
+    /// Check that a model or a measurement obeys physics, and how well a model computes
+    Check: check,
+    /// Show what accuracy costs: models, approximations and numbers of samples
+    Tradeoff: tradeoff,
+    /// Choose the cheapest model that a scene cannot tell from the measurement
+    Select: select,
+    /// Make a synthetic measurement
+    Synth: synth,
+    /// Find a paint's absorption and scattering from reflectances over known backings
+    KubelkaMunk: kubelka_munk,
+}

@@ -1,0 +1,42 @@
+//! Everything that the program prints.
+
+use brdfit::Error;
+use brdfit::report::{Report, table, warnings};
+use std::io::Write as _;
+
+/// The message of an error.
+pub fn complain(message: &str) {
+    remark(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)));
+}
+
+/// One line on standard error.
+pub fn remark(message: &str) {
+    // Where standard error is closed there is nobody to tell.
+    let _ = writeln!(std::io::stderr(), "{}", message.replace(['\n', '\r'], " "));
+}
+
+/// Shows a report: the table, and the warnings on standard error, which say whose they are if there are
+/// several reports.
+pub fn show(report: &Report, as_table: bool, quiet: bool, one_of_several: bool) -> Result<(), Error> {
+    if quiet {
+        return Ok(());
+    }
+    if as_table {
+        say(&table(report))?;
+    }
+    let whose =
+        if one_of_several { format!("{}: {}: ", report.data.path, report.model) } else { String::new() };
+    warnings(report).iter().for_each(|text| remark(&format!("warning: {whose}{text}")));
+    Ok(())
+}
+
+/// Prints to standard output; a closed pipe (`brdfit models | head`) ends quietly.
+pub fn say(text: &str) -> Result<(), Error> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::write("standard output".as_ref())(error))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,30 @@
+//! How closely a model is looked at.
+
+use super::quadrature::Quadrature;
+
+/// Angles of incidence at which albedos are integrated, degrees.
+pub const INCIDENCES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0, 89.9];
+
+/// How closely to look.
+#[derive(Clone, Debug)]
+pub struct Effort {
+    /// Pairs of directions that f is compared at.
+    pub pairs: usize,
+    /// Pairs of directions that digits are counted at.
+    pub wide_pairs: usize,
+    /// Angles of incidence, degrees.
+    pub incidences_deg: Vec<f64>,
+    /// How albedos are integrated.
+    pub quadrature: Quadrature,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self {
+            pairs: 4000,
+            wide_pairs: 500,
+            incidences_deg: INCIDENCES_DEG.to_vec(),
+            quadrature: Quadrature::default(),
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! This project's own CSV: its reader, its writer, and the columns that both know; documented in docs/formats.md.
+//!
+//! `#` comments; a header naming the columns, in any order: `theta_i, phi_i, theta_o, phi_o` in degrees,
+//! one column per channel named freely, and optionally `sigma` (for all channels) or `sigma_<channel>`.
+
+mod columns;
+mod read;
+mod write;
+
+pub use columns::{ANGLES, BadRecord, Columns, records};
+pub use read::FORMAT;
+pub use write::write;

@@ -1,0 +1,69 @@
+//! Writes this project's own CSV.
+
+use super::columns::{ANGLES, Columns, records};
+use crate::error::{Error, excerpt};
+use crate::geometry::{Geometry, spherical_degrees};
+use crate::measurement::Measurement;
+use std::fmt::Write as _;
+
+/// The measurement as CSV in this project's own format, with `comments` in its head.
+///
+/// # Errors
+/// [`Error::Usage`] if a value is not finite, or if the channels are called what no header can say.
+pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, Error> {
+    let mut text = String::new();
+    for comment in comments {
+        // A comment ends with its line.
+        let _ = writeln!(text, "# {}", comment.replace(char::is_control, " "));
+    }
+    let header = header(measurement);
+    check_header(&header, measurement)?;
+    text.push_str(&header);
+    text.push('\n');
+    for (index, geometry) in measurement.directions.iter().enumerate() {
+        let mut fields = angles(&geometry).to_vec();
+        let sigma = measurement.sigma.iter().flatten();
+        fields.extend(measurement.values.iter().chain(sigma).filter_map(|row| row.get(index)));
+        if fields.iter().any(|v| !v.is_finite()) {
+            return Err(Error::Usage(format!("the model is not finite at sample {}", index + 1)));
+        }
+        let fields: Vec<String> = fields.iter().map(|v| format!("{v}")).collect();
+        text.push_str(&fields.join(","));
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+/// The names of the columns, quoted where they need it.
+fn header(measurement: &Measurement) -> String {
+    let mut columns: Vec<String> = ANGLES.map(str::to_owned).into();
+    columns.extend(measurement.channels.iter().map(|channel| channel.name.clone()));
+    match (measurement.sigma.is_some(), measurement.channels.as_slice()) {
+        (false, _) => {}
+        (true, [_]) => columns.push("sigma".to_owned()),
+        (true, several) => columns.extend(several.iter().map(|channel| format!("sigma_{}", channel.name))),
+    }
+    let quoted = |name: &String| {
+        if name.contains([',', '"']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.clone() }
+    };
+    columns.iter().map(quoted).collect::<Vec<_>>().join(",")
+}
+
+/// Whether a header says what the channels are: a channel may be called `sigma`, or end in a blank, by a user who
+/// makes it up.
+fn check_header(header: &str, measurement: &Measurement) -> Result<(), Error> {
+    let wanted = || measurement.channels.iter().map(|channel| &channel.name);
+    let read = records(header).next().and_then(Result::ok).and_then(|(_, names)| Columns::parse(&names).ok());
+    if read.is_some_and(|columns| columns.channels.iter().map(|channel| &channel.name).eq(wanted())) {
+        return Ok(());
+    }
+    let names: Vec<&str> = wanted().map(String::as_str).collect();
+    let expected = "channels: expected names that differ and that a header of CSV can hold";
+    Err(Error::Usage(format!("{expected}, found {}", excerpt(&names.join(", ")))))
+}
+
+fn angles(geometry: &Geometry<f64>) -> [f64; 4] {
+    let (theta_i, phi_i) = spherical_degrees(geometry.wi.into());
+    let (theta_o, phi_o) = spherical_degrees(geometry.wo.into());
+    [theta_i, phi_i, theta_o, phi_o]
+}

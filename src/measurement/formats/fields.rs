@@ -1,0 +1,38 @@
+//! Numbers in text formats, checked.
+
+use super::file::File;
+use crate::error::{Error, Place, excerpt, short};
+
+/// A finite number.
+///
+/// # Errors
+/// [`Error::Malformed`] for anything else, NaN and infinity included.
+pub(super) fn finite(file: &File<'_>, place: Place, what: &str, token: &str) -> Result<f64, Error> {
+    match token.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => {
+            let expected = format!("a finite number for {}", short(what));
+            Err(Error::malformed(file.path, place, expected, excerpt(token)))
+        }
+    }
+}
+
+/// Room for directions at the horizon that were rounded in writing, radians.
+pub(super) const HORIZON_TOLERANCE: f64 = 1e-5;
+
+/// Checks that a polar angle in radians is at most a right angle.
+///
+/// # Errors
+/// [`Error::Malformed`] naming the angle in degrees.
+pub(super) fn polar_angle(file: &File<'_>, place: Place, what: &str, theta: f64) -> Result<f64, Error> {
+    if theta.abs() <= std::f64::consts::FRAC_PI_2 + HORIZON_TOLERANCE {
+        return Ok(theta);
+    }
+    let degrees = theta.to_degrees();
+    let found = if degrees.abs() < 1e6 {
+        format!("{} degrees", (degrees * 1e6).round() / 1e6)
+    } else {
+        format!("{degrees:e} degrees")
+    };
+    Err(Error::malformed(file.path, place, format!("{what} within 90 degrees of the normal"), found))
+}
