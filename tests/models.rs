@@ -11,6 +11,13 @@ fn source(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src/model").join(path)
 }
 
+/// The file of a model, whose head is its manual.
+fn model_source(name: &str) -> PathBuf {
+    let file = format!("{}.rs", name.replace('-', "_"));
+    let [zoo, published] = ["zoo", "published"].map(|folder| source(folder).join(&file));
+    if zoo.exists() { zoo } else { published }
+}
+
 /// The head of a source file as Markdown whose headings, if any, are of the fifth level.
 fn manual(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -61,8 +68,7 @@ fn page() -> String {
         writeln!(page, "| {anchor} | {} | {} | {reciprocal} |", entry.summary, names(entry)).unwrap();
     }
     for entry in REGISTRY {
-        let file = source(&format!("{}.rs", entry.name.replace('-', "_")));
-        write!(page, "\n## {}\n\n{}\n", entry.name, manual(&file)).unwrap();
+        write!(page, "\n## {}\n\n{}\n", entry.name, manual(&model_source(entry.name))).unwrap();
         for option in entry.options {
             let values = (option.values)().iter().map(|v| format!("`{v}`")).collect::<Vec<_>>().join(", ");
             let (key, summary, default) = (option.key, option.summary, option.default);
@@ -80,7 +86,8 @@ fn page() -> String {
             .map(|file| file.unwrap().path())
             .collect();
         files.sort();
-        for file in files.iter().filter(|file| !file.ends_with("mod.rs")) {
+        // Every other file is a part.
+        for file in files.iter().filter(|file| !file.ends_with("mod.rs") && !file.ends_with("registry.rs")) {
             let name = file.file_stem().unwrap().to_str().unwrap().replace('_', "-");
             write!(page, "\n### {name}\n\n{}\n", manual(file)).unwrap();
         }
@@ -107,7 +114,7 @@ fn the_page_is_fresh() {
 fn every_manual_is_complete() {
     let mut missing = Vec::new();
     for entry in REGISTRY {
-        let manual = manual(&source(&format!("{}.rs", entry.name.replace('-', "_"))));
+        let manual = manual(&model_source(entry.name));
         if !manual.contains("```text") {
             missing.push(format!("{}: formula", entry.name));
         }

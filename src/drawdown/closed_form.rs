@@ -38,7 +38,7 @@ pub fn from_two_backings(r: [f64; 2], rg: [f64; 2]) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::kubelka_munk::layers::Film;
+    use crate::model::parts::paint_layers::Film;
     use approx::assert_relative_eq;
 
     #[test]

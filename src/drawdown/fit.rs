@@ -5,7 +5,7 @@ use super::table::{Patch, Series};
 use super::{Drawdown, Surface};
 use crate::error::Error;
 use crate::math::{Dual, Scalar as _, count};
-use crate::model::kubelka_munk::layers::{Film, opaque, saunderson, saunderson_inverse};
+use crate::model::parts::paint_layers::{Film, opaque, saunderson, saunderson_inverse};
 use crate::solver::{LeastSquares, Limits, Linearisation, Termination, Tolerances, minimise};
 use nalgebra::{DMatrix, DVector};
 

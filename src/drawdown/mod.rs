@@ -3,7 +3,7 @@
 //! A drawdown is a film of paint of known thickness drawn over a card that is black here and white there. What
 //! it reflects over two backings, or at two thicknesses, tells its absorption K and scattering S apart, which no BRDF
 //! of the finished surface can. Stands beside `report`: it reads with `measurement`, fits with `fit`, and takes its
-//! formulas from `model::kubelka_munk::layers`.
+//! formulas from `model::parts::paint_layers`.
 
 mod closed_form;
 mod fit;

@@ -6,7 +6,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
 use brdfit::Error;
 use brdfit::drawdown::{Record, Surface, fit, read, text};
-use brdfit::model::kubelka_munk::layers::surface_of_index;
+use brdfit::model::parts::paint_layers::surface_of_index;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -4,7 +4,7 @@
 //! and each df/d coordinate are sums of those rows, each times a factor that this module finds once per set of parameters.
 
 use crate::geometry::Block;
-use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, Role};
+use crate::model::{BasisBlock, Derivatives, Expression, LobeCoefficients, Role};
 use crate::parameters::ParameterTable;
 use std::sync::{Mutex, PoisonError};
 
@@ -77,7 +77,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    fn new(layout: &Layout, table: &ParameterTable, coefficients: &[Coefficients]) -> Self {
+    fn new(layout: &Layout, table: &ParameterTable, coefficients: &[LobeCoefficients]) -> Self {
         let mut columns = vec![Vec::new(); layout.columns.len()];
         for slot in &layout.slots {
             let (Some(column), Some(of_lobe)) = (columns.get_mut(slot.column), coefficients.get(slot.lobe))
@@ -116,8 +116,8 @@ impl Sums {
 }
 
 /// The terms that add up to a reflectance.
-pub(in crate::fit) fn reflectance(coefficients: &[Coefficients]) -> Vec<Term> {
-    let of_lobe = |(lobe, of_lobe): (usize, &Coefficients)| {
+pub(in crate::fit) fn reflectance(coefficients: &[LobeCoefficients]) -> Vec<Term> {
+    let of_lobe = |(lobe, of_lobe): (usize, &LobeCoefficients)| {
         let term = |(function, factor): (usize, &f64)| Term { lobe, shape: None, function, factor: *factor };
         of_lobe.values.iter().enumerate().map(term).collect::<Vec<_>>()
     };
@@ -166,7 +166,7 @@ impl<'a> Formula<'a> {
         };
         let sums = layouts.iter().zip(&values).map(|(layout, values)| {
             let amplitudes = values.iter().zip(lobes);
-            let coefficients: Vec<Coefficients> =
+            let coefficients: Vec<LobeCoefficients> =
                 amplitudes.map(|((_, a), lobe)| lobe.model.coefficients(a)).collect();
             Sums::new(layout, table, &coefficients)
         });

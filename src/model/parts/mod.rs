@@ -4,8 +4,10 @@
 //! To add a part: copy the file of the one most like it, and add one line to the list in its folder's
 //! `mod.rs`.
 
+pub(crate) mod directional_albedo;
 pub mod distribution;
 pub mod fresnel;
+pub mod paint_layers;
 pub mod shadowing;
 
 /// Makes the closed set of parts of one kind, and their names, from one line each.

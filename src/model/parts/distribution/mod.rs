@@ -110,7 +110,7 @@ fn exp_times<T: Scalar>(exponent: T, factor: T) -> T {
 
 /// (e^x - 1)/x, smooth at 0.
 #[inline(always)]
-pub(in crate::model) fn relative_exp_m1<T: Scalar>(x: T) -> T {
+pub(crate) fn relative_exp_m1<T: Scalar>(x: T) -> T {
     /// Terms of the series, the last of them below 1e-17 where it is used.
     const TERMS: u8 = 16;
     let small = T::constant(0.5);

@@ -1,0 +1,294 @@
+//! How much light a rough dielectric surface lets through to what lies below, and how a diffuse layer there looks through it.
+//!
+//! With f_s the lobe of the surface (`cook-torrance(d=ggx, g=smith)`, exact dielectric F), its directional albedo and the mean
+//! of that are
+//!
+//! ```text
+//! E(ci) = int f_s co dwo = int D V F 4 (wi.h) co dwh,    V = G/(4 ci co)
+//! Ea    = 2 int_0^1 E(c) c dc
+//! ```
+//!
+//! and what a layer below reflects is multiplied by (1 - E(ci))(1 - E(co))/(1 - Ea) (Kelemen and Szirmay-Kalos 2001, for the
+//! matte component; Kulla and Conty 2017, Revisiting Physically Based Shading at Imageworks). Over a Lambertian layer of albedo
+//! rho the directional albedo of the whole is E + rho (1 - E): a white layer loses nothing.
+//!
+//! 1 - E is tabulated over x = c^(1/4), which gives grazing the cells that it needs, whenever the shapes change, and interpolated by
+//! cubics through its values and slopes; Ea is the integral of the interpolant, so that nothing is lost or gained between the
+//! two. The nodes of the quadrature stand at directions that no shape moves: with the logarithm of tan(theta_h) as the variable the
+//! peak of every roughness from 1e-4 to 1 has the same width, and the panels end where wo, mirrored by the facet, first
+//! meets the horizon. So E is as smooth in the shapes as the lobe is, and dual numbers differentiate it.
+#![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
+
+use super::distribution::{Density, Ggx, Isotropic, Shadows};
+use super::fresnel::{DielectricIndex, Reflectance};
+use super::shadowing::Smith;
+use crate::geometry::Geometry;
+use crate::math::{GaussLegendre, Real, Scalar, count};
+use crate::model::{Kernel, Part, Values};
+use std::f64::consts::{FRAC_PI_4, PI};
+use std::sync::{Arc, LazyLock};
+
+/// Cells of the table.
+const CELLS: usize = 24;
+/// Cosine that stands for grazing incidence itself, where the directions of a facet's mirror are 0/0.
+const GRAZING: f64 = 1e-6;
+/// Facets less steep than this are one node: a hundredth of the smallest roughness.
+const FLAT: f64 = 1e-6;
+/// Steeper ones than this reflect nothing that counts: their share is less than (m/STEEP)^2.
+const STEEP: f64 = 1e3;
+/// Longest panel in the logarithm of the tangent, and its nodes; nodes along a ring of facets.
+const PANEL: f64 = 3.5;
+const ALONG_PANEL: usize = 10;
+const ALONG_RING: usize = 12;
+
+/// A facet, with the light and its mirror direction, and 4 (wi.h) co dwh.
+struct Node {
+    geometry: Geometry<f64>,
+    weight: f64,
+}
+
+/// The facets that see both directions above the horizon, for light at cosine `cos`.
+fn nodes(cos: f64) -> Vec<Node> {
+    let sin = (1.0 - cos * cos).sqrt();
+    let wi = [sin, 0.0, cos];
+    let node = |tan: f64, azimuth: f64, area: f64| {
+        let cos_h = 1.0 / tan.hypot(1.0);
+        let h = [tan * cos_h * azimuth.cos(), tan * cos_h * azimuth.sin(), cos_h];
+        let dot: f64 = wi.iter().zip(h).map(|(a, b)| a * b).sum();
+        let [x, y, z] = h;
+        // Rounding must not carry what is at the horizon below it.
+        let wo = [2.0 * dot * x - sin, 2.0 * dot * y, (2.0 * dot * z - cos).max(1e-12)];
+        let [.., cos_o] = wo;
+        let geometry = Geometry { wi, wo, h, cos_d: dot, one_less_cos_d: 1.0 - dot };
+        Node { geometry, weight: area * 4.0 * dot * cos_o }
+    };
+    let (panel, ring) = (GaussLegendre::new(ALONG_PANEL), GaussLegendre::new(ALONG_RING));
+    let mut all = vec![node(0.0, 0.0, PI * FLAT * FLAT)];
+    let theta = sin.atan2(cos);
+    // The ring from which on a part of the mirror directions is below the horizon, and the one where all are.
+    let edges = [FLAT, (FRAC_PI_4 - 0.5 * theta).tan(), (FRAC_PI_4 + 0.5 * theta).tan().min(STEEP)];
+    for (from, to) in edges.into_iter().zip(edges.into_iter().skip(1)) {
+        let length = (to / from).ln();
+        let panels = (1..).find(|n| length <= PANEL * f64::from(*n)).unwrap_or(1);
+        for k in (0..panels).filter(|_| length > 0.0) {
+            let place = |k: i32| from.ln() + length * f64::from(k) / f64::from(panels);
+            panel.for_each(place(k), place(k + 1), |v, share| {
+                let tan = v.exp();
+                // co = sin(theta) sin(2 theta_h) cos(azimuth) + cos(theta) cos(2 theta_h) > 0
+                let least = -cos * (1.0 - tan * tan) / (2.0 * sin * tan);
+                let widest = if least <= -1.0 { PI } else { least.min(1.0).acos() };
+                ring.for_each(0.0, widest, |azimuth, turn| {
+                    // Both halves of the ring, sin(theta_h) dtheta_h = tan^2 cos^3 dv
+                    let area = 2.0 * turn * share * tan * tan / tan.hypot(1.0).powi(3);
+                    all.push(node(tan, azimuth, area));
+                });
+            });
+        }
+    }
+    all
+}
+
+/// For every place of the table.
+static NODES: LazyLock<Vec<Vec<Node>>> =
+    LazyLock::new(|| (0..=CELLS).map(|k| nodes((count(k) / count(CELLS)).powi(4).max(GRAZING))).collect());
+
+/// Nodes and weights of int_0^1 f(t) dt within a cell, exact for all that is integrated there.
+static WITHIN_CELL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
+    let mut nodes = Vec::new();
+    GaussLegendre::new(6).for_each(0.0, 1.0, |t, weight| nodes.push((t, weight)));
+    nodes
+});
+
+/// Multiplies `products` by a part at every node.
+fn multiply<P: Part, T: Scalar>(products: &mut [T], nodes: &[Node], shapes: &[T]) {
+    let prepared = P::prepare(Values::new(shapes));
+    for (product, node) in products.iter_mut().zip(nodes) {
+        let Geometry { wi, wo, h, cos_d, one_less_cos_d } = node.geometry;
+        let [wi, wo, h] = [wi, wo, h].map(|v| v.map(T::Real::literal));
+        let [cos_d, one_less_cos_d] = [cos_d, one_less_cos_d].map(T::Real::literal);
+        let g = Geometry { wi, wo, h, cos_d, one_less_cos_d };
+        let factor = P::Kernel::at(&prepared, &g).as_ref()[0];
+        *product = *product * factor;
+    }
+}
+
+/// E at a place of the table.
+fn albedo<T: Scalar>(nodes: &[Node], m: T, eta: T) -> T {
+    let mut products: Vec<T> = nodes.iter().map(|node| T::constant(node.weight)).collect();
+    multiply::<Density<Ggx<Isotropic>>, T>(&mut products, nodes, &[m]);
+    multiply::<<Smith as Shadows>::Visibility<Ggx<Isotropic>>, T>(&mut products, nodes, &[m]);
+    multiply::<Reflectance<DielectricIndex>, T>(&mut products, nodes, &[eta]);
+    products.into_iter().fold(T::constant(0.0), |sum, product| sum + product)
+}
+
+/// 1 - E as a function of x, and 1/(1 - Ea).
+#[derive(Clone, Debug)]
+pub struct Transmittance<T: Scalar> {
+    /// Value and slope at the ends of every cell, per cell.
+    nodes: Arc<[[T; 2]; CELLS + 1]>,
+    inverse_mean: T,
+}
+
+impl<T: Scalar> Transmittance<T> {
+    /// The table for roughness `m` and refractive index `eta`.
+    pub fn new(m: T, eta: T) -> Self {
+        let mut nodes = [[T::constant(0.0); 2]; CELLS + 1];
+        for ([value, _], places) in nodes.iter_mut().zip(NODES.iter()) {
+            *value = (-albedo(places, m, eta)).plus(1.0);
+        }
+        let values = nodes.map(|[value, _]| value);
+        // Differences that are exact for polynomials of the fourth degree, of the third at the ends.
+        let at = |k: usize| values.get(k).copied().unwrap_or(T::constant(0.0));
+        let weighted = |terms: [(usize, f64); 4]| {
+            terms.into_iter().fold(T::constant(0.0), |sum, (k, weight)| sum + at(k).times(weight))
+        };
+        for (k, [_, slope]) in nodes.iter_mut().enumerate() {
+            const N: usize = CELLS;
+            *slope = match k {
+                0 => weighted([(0, -11.0), (1, 18.0), (2, -9.0), (3, 2.0)]).times(1.0 / 6.0),
+                1 => weighted([(0, -2.0), (1, -3.0), (2, 6.0), (3, -1.0)]).times(1.0 / 6.0),
+                _ if k == N - 1 => {
+                    weighted([(N, 2.0), (N - 1, 3.0), (N - 2, -6.0), (N - 3, 1.0)]).times(1.0 / 6.0)
+                }
+                N => weighted([(N, 11.0), (N - 1, -18.0), (N - 2, 9.0), (N - 3, -2.0)]).times(1.0 / 6.0),
+                _ => weighted([(k - 2, 1.0), (k - 1, -8.0), (k + 1, 8.0), (k + 2, -1.0)]).times(1.0 / 12.0),
+            };
+        }
+        let mut table = Self { nodes: Arc::new(nodes), inverse_mean: T::constant(1.0) };
+        // 2 c dc = 8 x^7 dx
+        let mean = (0..CELLS).flat_map(|cell| WITHIN_CELL.iter().map(move |node| (cell, node)));
+        let mean = mean.fold(T::constant(0.0), |sum, (cell, (t, weight))| {
+            let x = (count(cell) + t) / count(CELLS);
+            let weight = weight * 8.0 * x.powi(7) / count(CELLS);
+            sum + table.within(cell, T::Real::literal(*t)).times(weight)
+        });
+        table.inverse_mean = mean.recip();
+        table
+    }
+
+    /// The cubic of a cell.
+    #[inline(always)]
+    fn within(&self, cell: usize, t: T::Real) -> T {
+        let [[a, da], [b, db]] = [self.nodes[cell], self.nodes[cell + 1]];
+        let rise: T = b - a;
+        let c3 = da + db - rise.times(2.0);
+        let c2 = rise - da - c3;
+        a + (da + (c2 + c3 * t) * t) * t
+    }
+
+    /// 1 - E of a direction with cosine `cos`.
+    #[inline(always)]
+    pub fn of(&self, cos: T::Real) -> T {
+        let x: T::Real = cos.sqrt().sqrt().times(count(CELLS));
+        let cell = x.whole().min(CELLS - 1);
+        self.within(cell, x - T::Real::literal(count(cell)))
+    }
+}
+
+/// What a layer below the surface looks like through it, compared with bare. Shapes m and eta.
+pub(crate) struct Through;
+
+impl Kernel for Through {
+    type Prepared<T: Scalar> = Transmittance<T>;
+    type Output<T: Scalar> = [T; 1];
+
+    #[inline(always)]
+    fn at<T: Scalar>(table: &Transmittance<T>, g: &Geometry<T::Real>) -> [T; 1] {
+        [table.of(g.cos_i()) * table.of(g.cos_o()) * table.inverse_mean]
+    }
+}
+
+impl Part for Through {
+    type Kernel = Self;
+    const SHAPES: usize = 2;
+    const PREPARES_LONG: bool = true;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Transmittance<T> {
+        let [m, eta] = shapes.take();
+        Transmittance::new(m, eta)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    /// E by another route: over the directions of view, with the lobe written out anew after Walter et al. 2007 and Snell's
+    /// form of Fresnel's equations, on many panels that narrow towards the mirror direction.
+    fn brute_force(cos: f64, m: f64, eta: f64) -> f64 {
+        let sin = (1.0 - cos * cos).sqrt();
+        let fresnel = |mu: f64| {
+            let refracted = (1.0 - (1.0 - mu * mu) / (eta * eta)).sqrt();
+            let rs = (mu - eta * refracted) / (mu + eta * refracted);
+            let rp = (eta * mu - refracted) / (eta * mu + refracted);
+            0.5 * (rs * rs + rp * rp)
+        };
+        let lambda = |cos: f64| 0.5 * ((1.0 + m * m * (1.0 / (cos * cos) - 1.0)).sqrt() - 1.0);
+        let lobe = |theta: f64, phi: f64| {
+            let wo = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
+            let sum = [wo[0] - sin, wo[1], wo[2] + cos];
+            let length = sum.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let h = sum.map(|c| c / length);
+            let tan2 = (h[0] * h[0] + h[1] * h[1]) / (h[2] * h[2]);
+            let d = 1.0 / (PI * m * m * h[2].powi(4) * (1.0 + tan2 / (m * m)).powi(2));
+            let shadowing = 1.0 / (1.0 + lambda(cos) + lambda(wo[2]));
+            fresnel(0.5 * length) * d * shadowing / (4.0 * cos * wo[2])
+        };
+        let rule = GaussLegendre::new(16);
+        // The mirror direction is at (theta, 0).
+        let mirror = sin.atan2(cos);
+        let towards = |middle: f64, end: f64| -> Vec<f64> {
+            (0..28).map(|k| middle + (end - middle) * 0.5_f64.powi(k)).chain([middle]).collect()
+        };
+        let mut thetas = [towards(mirror, 0.0), towards(mirror, FRAC_PI_2)].concat();
+        // And grazing has a scale of its own.
+        thetas.extend((1..20).map(|k| FRAC_PI_2 - (FRAC_PI_2 - mirror) * 0.5_f64.powi(k)));
+        thetas.sort_by(f64::total_cmp);
+        let mut phis = towards(0.0, PI);
+        phis.sort_by(f64::total_cmp);
+        let ring = |theta: f64| -> f64 {
+            let half = phis.windows(2).map(|p| rule.integrate(p[0], p[1], |phi: f64| lobe(theta, phi)));
+            2.0 * half.sum::<f64>()
+        };
+        let ring = |theta: f64| ring(theta) * theta.sin() * theta.cos();
+        thetas.windows(2).filter(|t| t[1] > t[0]).map(|t| rule.integrate(t[0], t[1], ring)).sum()
+    }
+
+    #[test]
+    fn agrees_with_brute_force() {
+        for m in [1e-3, 0.03, 0.3, 1.0] {
+            for eta in [1.1, 1.5, 3.0] {
+                let table = Transmittance::<f64>::new(m, eta);
+                for (degrees, most) in [0.0, 20.0, 45.0, 60.0, 75.0, 85.0]
+                    .map(|degrees| (degrees, 3e-5))
+                    .into_iter()
+                    .chain([(89.0_f64, 2e-4)])
+                {
+                    let cos = degrees.to_radians().cos();
+                    let error = 1.0 - table.of(cos) - brute_force(cos, m, eta);
+                    assert!(error.abs() < most, "m {m}, eta {eta}, {degrees} degrees: {error:e}");
+                }
+            }
+        }
+    }
+
+    /// A smooth surface reflects of diffuse light what Walsh's integral of Fresnel's equations says (Walsh 1926; Duntley 1942):
+    /// 0.092 at eta 1.5.
+    #[test]
+    fn smooth_surface_in_diffuse_light() {
+        for eta in [1.2_f64, 1.5, 2.0] {
+            let [e2, e3, e4] = [2, 3, 4].map(|power| eta.powi(power));
+            let walsh = 0.5
+                + (eta - 1.0) * (3.0 * eta + 1.0) / (6.0 * (eta + 1.0).powi(2))
+                + e2 * (e2 - 1.0).powi(2) / (e2 + 1.0).powi(3) * ((eta - 1.0) / (eta + 1.0)).ln()
+                - 2.0 * e3 * (e2 + 2.0 * eta - 1.0) / ((e2 + 1.0) * (e4 - 1.0))
+                + 8.0 * e4 * (e4 + 1.0) / ((e2 + 1.0) * (e4 - 1.0).powi(2)) * eta.ln();
+            if eta == 1.5 {
+                assert!((walsh - 0.092).abs() < 5e-4, "{walsh}");
+            }
+            let mean = 1.0 - 1.0 / Transmittance::<f64>::new(1e-3, eta).inverse_mean;
+            assert!((mean - walsh).abs() < 1e-4, "eta {eta}: {mean} for {walsh}");
+        }
+    }
+}
