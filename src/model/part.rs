@@ -14,7 +14,8 @@ use std::marker::PhantomData;
 /// A formula in the geometry, with everything that depends on the shapes alone prepared.
 ///
 /// [`Kernel::at`], and whatever it calls, must be `#[inline(always)]` and choose by [`Scalar::if_less`]: a call or a
-/// branch would keep the loop over a block from being packed.
+/// branch would keep the loop over a block from being packed. A closure cannot be told to be inlined, and a long one that is
+/// called twice may not be: write a function.
 pub trait Kernel: 'static {
     /// How many functions it has: one per basis function of the lobe, or one that multiplies them all.
     const FUNCTIONS: usize = 1;

@@ -95,15 +95,17 @@ impl Kernel for AshikhminShirley {
         let lobe = e.lobe(g);
         let nothing = [T::Real::literal(0.0); 3];
         let [fallen, risen, _] = Schlick::factors::<T::Real>(&nothing, g.cos_d, g.one_less_cos_d);
-        // 1 - (1 - cos/2)^5 is Schlick's other factor at cos/2.
-        let rise = |cos: T::Real| {
-            let half: T::Real = cos.times(0.5);
-            let [rise, ..] = Schlick::factors::<T::Real>(&nothing, half, (-half).plus(1.0));
-            rise
-        };
-        let diffuse: T::Real = (rise(g.cos_i()) * rise(g.cos_o())).times(28.0 / (23.0 * PI));
+        let diffuse: T::Real = (diffuse_rise(g.cos_i()) * diffuse_rise(g.cos_o())).times(28.0 / (23.0 * PI));
         [T::from_real(diffuse), lobe * fallen, lobe * risen]
     }
+}
+
+/// 1 - (1 - cos/2)^5: what multiplies f0 in Schlick's reflectance at cos/2.
+#[inline(always)]
+fn diffuse_rise<R: Real>(cos: R) -> R {
+    let half: R = cos.times(0.5);
+    let [rise, ..] = Schlick::factors::<R>(&[R::literal(0.0); 3], half, (-half).plus(1.0));
+    rise
 }
 
 impl Part for AshikhminShirley {

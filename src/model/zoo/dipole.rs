@@ -81,8 +81,7 @@ impl Kernel for Transmittance {
 
     #[inline(always)]
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
-        let through = |cos: T::Real| index_transmittance(constants, cos);
-        [through(g.cos_i()) * through(g.cos_o())]
+        [index_transmittance(constants, g.cos_i()) * index_transmittance(constants, g.cos_o())]
     }
 }
 

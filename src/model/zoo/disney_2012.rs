@@ -112,17 +112,18 @@ impl Kernel for Subsurface {
     #[inline(always)]
     fn at<T: Scalar>(r: &T, g: &Geometry<T::Real>) -> [T; 1] {
         let cos2: T::Real = g.cos_d * g.cos_d;
-        // 1 + (x - 1) L as x L + (1 - L): towards grazing L is close to 1.
         let x: T = *r * cos2;
-        let towards = |cos: T::Real| {
-            let [fallen, risen, _] =
-                Schlick::factors::<T::Real>(&[T::Real::literal(0.0); 3], cos, (-cos).plus(1.0));
-            x * risen + fallen
-        };
-        let fss: T = towards(g.cos_i()) * towards(g.cos_o());
+        let fss: T = towards_grazing(x, g.cos_i()) * towards_grazing(x, g.cos_o());
         let spread: T::Real = (g.cos_i() + g.cos_o()).recip().plus(-0.5);
         [(fss * spread).plus(0.5).times(1.25 * FRAC_1_PI)]
     }
+}
+
+/// 1 + (x - 1) L as x L + (1 - L), L = (1 - cos)^5: towards grazing L is close to 1.
+#[inline(always)]
+fn towards_grazing<T: Scalar>(x: T, cos: T::Real) -> T {
+    let [fallen, risen, _] = Schlick::factors::<T::Real>(&[T::Real::literal(0.0); 3], cos, (-cos).plus(1.0));
+    x * risen + fallen
 }
 
 impl Part for Subsurface {

@@ -52,8 +52,13 @@ impl Part for DisneyDiffuse {
 /// (1 + rise (1 - ci)^5)(1 + rise (1 - co)^5)
 #[inline(always)]
 fn towards_grazing<T: Scalar>(rise: T, g: &Geometry<T::Real>) -> T {
-    let towards = |cos: T::Real| (rise * (-cos).plus(1.0).fifth_power()).plus(1.0);
-    towards(g.cos_i()) * towards(g.cos_o())
+    rise_at(rise, g.cos_i()) * rise_at(rise, g.cos_o())
+}
+
+/// 1 + rise (1 - cos)^5
+#[inline(always)]
+fn rise_at<T: Scalar>(rise: T, cos: T::Real) -> T {
+    (rise * (-cos).plus(1.0).fifth_power()).plus(1.0)
 }
 
 impl Model for DisneyDiffuse {

@@ -84,8 +84,9 @@ impl Kernel for HanrahanKrueger {
         let depth: T = per_sum * sum;
         let deep: T = (-(-depth).exp()).plus(1.0) / sum;
         let kept = T::if_less(depth.value(), T::Real::literal(0.5), relative_exp_m1(-depth) * per_sum, deep);
-        let through = |cos: T::Real| index_transmittance(&l.surface, cos);
-        [phase * through(g.cos_i()) * through(g.cos_o()) * kept]
+        let (in_i, out_o) =
+            (index_transmittance(&l.surface, g.cos_i()), index_transmittance(&l.surface, g.cos_o()));
+        [phase * in_i * out_o * kept]
     }
 }
 

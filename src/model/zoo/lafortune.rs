@@ -76,13 +76,8 @@ impl<T: Scalar> Lobe<T> {
         let q = cx * x + cy * y + cz * z;
         // 1 - q as a sum, which keeps its digits where the lobe is sharp: with unit vectors and |c| <= 1
         // 1 - c i o = (1 - |c|)(i^2 + o^2)/2 + |c| (i - sign(c) o)^2/2, summed over x, y and z.
-        let term = |[sign, size, rest]: [T::Real; 3], i: T::Real, o: T::Real| -> T::Real {
-            let apart: T::Real = i - sign * o;
-            let both: T::Real = i * i + o * o;
-            size * (apart * apart) + rest * both
-        };
         let [of_x, of_y, of_z] = self.sizes;
-        let away: T::Real = (term(of_x, xi, xo) + term(of_y, yi, yo) + term(of_z, zi, zo)).times(0.5);
+        let away: T::Real = (apart(of_x, xi, xo) + apart(of_y, yi, yo) + apart(of_z, zi, zo)).times(0.5);
         // From here on f has no digits left even for n = 1, and below it 1/q would overflow.
         let least = T::Real::literal(1e-30);
         let positive = T::if_less(least, q.value(), q, T::from_real(least));
@@ -91,6 +86,14 @@ impl<T: Scalar> Lobe<T> {
         let ln_q = (positive - at) * at.recip() + ln_of_both(at, away);
         T::if_less(least, q.value(), self.exponent.power(ln_q), T::constant(0.0))
     }
+}
+
+/// One term of 1 - q, from the sign of a weight, its size, and what the size leaves to 1.
+#[inline(always)]
+fn apart<R: Real>([sign, size, rest]: [R; 3], i: R, o: R) -> R {
+    let difference: R = i - sign * o;
+    let both: R = i * i + o * o;
+    size * (difference * difference) + rest * both
 }
 
 /// With one weight for x and y.

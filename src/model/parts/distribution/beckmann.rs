@@ -51,8 +51,10 @@ impl<R: Roughness> SmithForm for Beckmann<R> {
 
     #[inline(always)]
     fn smith_cosines<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
-        let of = |v: [T::Real; 3]| smith_cosine(R::projected_slope2(m, v), v[2]);
-        (of(g.wi), of(g.wo))
+        (
+            smith_cosine(R::projected_slope2(m, g.wi), g.cos_i()),
+            smith_cosine(R::projected_slope2(m, g.wo), g.cos_o()),
+        )
     }
 }
 

@@ -52,10 +52,7 @@ impl<R: Roughness> SmithForm for Ggx<R> {
 
     #[inline(always)]
     fn smith_cosines<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
-        let squared = |v: [T::Real; 3]| {
-            let cos2: T::Real = v[2] * v[2];
-            R::projected_slope2(m, v) + cos2
-        };
-        T::sqrt_pair(squared(g.wi), squared(g.wo))
+        let (cos2_i, cos2_o): (T::Real, T::Real) = (g.cos_i() * g.cos_i(), g.cos_o() * g.cos_o());
+        T::sqrt_pair(R::projected_slope2(m, g.wi) + cos2_i, R::projected_slope2(m, g.wo) + cos2_o)
     }
 }

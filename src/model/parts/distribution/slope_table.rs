@@ -136,7 +136,9 @@ impl<R: Roughness> SmithForm for TableOfSlopes<R> {
 
     #[inline(always)]
     fn smith_cosines<T: Scalar>((unit, table): &Self::Prepared<T>, g: &Geometry<T::Real>) -> (T, T) {
-        let of = |v: [T::Real; 3]| table.smith_cosine(R::projected_slope2(unit, v), v[2]);
-        (of(g.wi), of(g.wo))
+        (
+            table.smith_cosine(R::projected_slope2(unit, g.wi), g.cos_i()),
+            table.smith_cosine(R::projected_slope2(unit, g.wo), g.cos_o()),
+        )
     }
 }

@@ -62,10 +62,11 @@ impl<R: Roughness> Kernel for OfRoughness<R> {
 
     #[inline(always)]
     fn at<T: Scalar>(m: &R::Prepared<T>, g: &Geometry<T::Real>) -> [T; 1] {
-        let of = |v: [T::Real; 3]| cos_lambda(R::projected_slope2(m, v), v[2]);
         let (cos_i, cos_o) = (g.cos_i(), g.cos_o());
+        let light = cos_lambda(R::projected_slope2(m, g.wi), cos_i);
+        let view = cos_lambda(R::projected_slope2(m, g.wo), cos_o);
         let product: T::Real = cos_i * cos_o;
-        [(of(g.wi) * cos_o + of(g.wo) * cos_i + product).recip().times(0.25)]
+        [(light * cos_o + view * cos_i + product).recip().times(0.25)]
     }
 }
 
