@@ -435,7 +435,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         let mut simplex = vec![corner.clone()];
         for j in 0..corner.len() {
             let mut other = corner.clone();
-            other.get_mut(j).into_iter().for_each(|u| *u += SIMPLEX_EDGE);
+            other[j] += SIMPLEX_EDGE;
             simplex.push(other);
         }
         let solver: NelderMead<Point, f64> = NelderMead::new(simplex).with_sd_tolerance(COST_TOLERANCE)?;

@@ -183,7 +183,7 @@ impl Covariance {
         let mut undetermined = lost_inside.clone();
         for (i, index) in inside.rows.iter().enumerate() {
             let Some(row) = table.rows().get(*index) else { continue };
-            let error = entries.entry(i, i).map_or(f64::NAN, f64::sqrt) / row.stretch();
+            let error = entries.entry(i, i).sqrt() / row.stretch();
             if !(error <= row.width() || lost_inside.contains(index)) {
                 undetermined.push(*index);
             }
@@ -193,7 +193,7 @@ impl Covariance {
         let lost_free = free.undetermined();
         let depends = |(i, row): (usize, &usize)| {
             let j = free.rows.binary_search(row).ok()?;
-            let larger = moving.entry(j, j)? > INFLATION * held.entry(i, i)?;
+            let larger = moving.entry(j, j) > INFLATION * held.entry(i, i);
             let lost = lost_free.contains(row) && !lost_inside.contains(row);
             (larger || lost).then_some(*row)
         };
@@ -235,13 +235,13 @@ impl Covariance {
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;
-        self.entries.entry(i, i).map(f64::sqrt).filter(|e| e.is_finite() && *e > 0.0)
+        Some(self.entries.entry(i, i).sqrt()).filter(|e| e.is_finite() && *e > 0.0)
     }
 
     /// Covariance of the parameters in two rows.
     #[must_use]
     pub fn between(&self, a: usize, b: usize) -> Option<f64> {
-        self.entries.entry(self.position(a)?, self.position(b)?)
+        Some(self.entries.entry(self.position(a)?, self.position(b)?))
     }
 
     /// Correlation of the parameters in two rows, -1..1.
@@ -261,8 +261,7 @@ impl Covariance {
         let mut pairs = Vec::new();
         for (k, (i, a, error_a)) in known.iter().enumerate() {
             for (j, b, error_b) in known.iter().skip(k + 1) {
-                let Some(entry) = self.entries.entry(*i, *j) else { continue };
-                let correlation = (entry / (error_a * error_b)).clamp(-1.0, 1.0);
+                let correlation = (self.entries.entry(*i, *j) / (error_a * error_b)).clamp(-1.0, 1.0);
                 if correlation.abs() > least {
                     pairs.push((correlation, *a, *b));
                 }
