@@ -5,7 +5,7 @@ use super::problem::pixels::{PixelProblem, Shown, Target};
 use super::search::absent_lobes::past_absent_lobes;
 use crate::error::Error;
 use crate::model::{Expression, Role, Scale};
-use crate::parameters::{ParameterTable, Row, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Status};
 use crate::solver::{Limits, Tolerances, minimise};
 use nalgebra::DVector;
 
@@ -62,7 +62,7 @@ pub(crate) fn fit_image<T: Target>(
 
 /// A start with its widths as they are, narrower and wider; itself alone if it has none to move.
 fn stretched(start: &ParameterTable) -> Vec<ParameterTable> {
-    let is_width = |row: &Row| {
+    let is_width = |row: &ParameterRow| {
         row.status == Status::Free && row.spec.role == Role::Shape && row.spec.scale == Scale::Log
     };
     let widths: Vec<(usize, f64)> = (0..)

@@ -12,7 +12,7 @@ pub use text::{table, warnings};
 use crate::fit::{Errors, Fit, HeldOut, Metric, Resampled};
 use crate::measurement::Measurement;
 use crate::model::Expression;
-use crate::parameters::{ParameterTable, Product, Row, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Product, Status};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 use std::borrow::Cow;
@@ -528,7 +528,7 @@ impl Reports {
     }
 }
 
-fn parameter(fit: &Fit, index: usize, row: &Row, channels: &[String]) -> Parameter {
+fn parameter(fit: &Fit, index: usize, row: &ParameterRow, channels: &[String]) -> Parameter {
     let std_error = fit.covariance.as_ref().and_then(|c| c.std_error(index));
     Parameter {
         lobe: fit.table.lobes().get(row.lobe).cloned().unwrap_or_default(),
@@ -570,8 +570,7 @@ fn derived(fit: &Fit) -> Vec<Derived> {
         };
         let lobe_name = table.lobes().get(*lobe).map_or("", String::as_str);
         for channel in 0..if shared { 1 } else { table.channels().len() } {
-            let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
-            let (Some(a), Some(b)) = rows else { continue };
+            let (a, b) = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
             derived.extend(estimate(fit, a, b).map(|product| Derived {
                 name: format!("{lobe_name}.{}*{}", spec_name(*first), spec_name(*second)),
                 channel: if shared { None } else { table.channels().get(channel).cloned() },

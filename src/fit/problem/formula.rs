@@ -44,10 +44,9 @@ impl Layout {
         let mut layout = Self::default();
         for lobe in 0..table.lobes().len() {
             let mut counts = [0; 2];
-            for parameter in 0.. {
-                let Some(index) = table.place(lobe, parameter, channel) else { break };
-                let Some(row) = table.rows().get(index) else { break };
-                let role = row.spec.role;
+            for parameter in 0..table.parameters_of(lobe) {
+                let index = table.place(lobe, parameter, channel);
+                let role = table.rows()[index].spec.role;
                 let [shapes, amplitudes] = &mut counts;
                 let counter = if role == Role::Shape { shapes } else { amplitudes };
                 let position = *counter;
@@ -86,7 +85,7 @@ impl Sums {
             };
             // d formula value/d coordinate
             let stretch = table.rows().get(slot.row);
-            let stretch = stretch.map_or(0.0, |row| row.stretch() * row.spec.unit.factor(row.channel));
+            let stretch = stretch.map_or(0.0, |row| row.slope() * row.spec.unit.factor(row.channel));
             // df/dshape = sum_k a_k dB_k/dshape; df/damplitude = sum_k da_k/damplitude B_k
             let (shape, factors) = match slot.role {
                 Role::Shape => (Some(slot.index), Some(&of_lobe.values)),

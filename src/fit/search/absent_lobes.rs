@@ -90,7 +90,7 @@ fn absent_products(table: &ParameterTable) -> Vec<(usize, usize)> {
     for product in table.products() {
         for channel in 0..table.channels().len() {
             let place = |parameter: usize| table.place(product.lobe, parameter, channel);
-            let (Some(first), Some(second)) = (place(product.first), place(product.second)) else { continue };
+            let (first, second) = (place(product.first), place(product.second));
             let at_zero = table.rows().get(first).is_some_and(|row| row.at_lower() && row.bounds.0 == 0.0);
             if at_zero && is_free(first) && is_free(second) && !absent.contains(&(first, second)) {
                 absent.push((first, second));

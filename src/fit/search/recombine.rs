@@ -6,7 +6,7 @@
 
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::model::Role;
-use crate::parameters::{ParameterTable, Row, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Status};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -68,6 +68,6 @@ fn has_shapes_apart(table: &ParameterTable) -> bool {
     table.rows().iter().any(|row| is_apart(row) && row.spec.role == Role::Shape && row.spec.scanned)
 }
 
-fn is_apart(row: &Row) -> bool {
+fn is_apart(row: &ParameterRow) -> bool {
     row.status == Status::Free && row.channel.is_some()
 }

@@ -110,7 +110,7 @@ impl Axis {
 fn axes(table: &ParameterTable) -> Vec<Axis> {
     let mut axes: Vec<Axis> = Vec::new();
     for lobe in 0..table.lobes().len() {
-        for parameter in 0.. {
+        for parameter in 0..table.parameters_of(lobe) {
             let rows: Vec<usize> = table
                 .places(lobe, parameter)
                 .iter()
@@ -122,9 +122,6 @@ fn axes(table: &ParameterTable) -> Vec<Axis> {
                     })
                 })
                 .collect();
-            if table.places(lobe, parameter).is_empty() {
-                break;
-            }
             let Some(row) = rows.first().and_then(|index| table.rows().get(*index)) else { continue };
             let (typical, bounds) = (row.spec.typical, row.bounds);
             // Bounds outside the typical range leave nothing of it; then they are the range.

@@ -15,7 +15,7 @@
 //!
 //! Matrices over all parameters are never formed: `arrow` takes the model apart channel by channel.
 
-use crate::parameters::{ParameterTable, Row};
+use crate::parameters::{ParameterRow, ParameterTable};
 use crate::solver::Linearisation;
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::inverse::block_matrix::BlockMatrix;
@@ -110,7 +110,8 @@ impl Known {
     ) -> Option<Self> {
         let (columns, rows): (Vec<usize>, Vec<usize>) = selected.iter().copied().unzip();
         let arrow = Arrow::new(model, n, columns)?;
-        let unit = |(row, length): (&usize, &f64)| table.rows().get(*row).map_or(0.0, Row::stretch) / length;
+        let unit =
+            |(row, length): (&usize, &f64)| table.rows().get(*row).map_or(0.0, ParameterRow::slope) / length;
         let units = DVector::from_iterator(rows.len(), rows.iter().zip(arrow.lengths.iter()).map(unit));
         Some(Self { inverse: arrow.inverse(), unknown: arrow.unknown(), rows, arrow, units })
     }
@@ -183,7 +184,7 @@ impl Covariance {
         let mut undetermined = lost_inside.clone();
         for (i, index) in inside.rows.iter().enumerate() {
             let Some(row) = table.rows().get(*index) else { continue };
-            let error = entries.entry(i, i).sqrt() / row.stretch();
+            let error = entries.entry(i, i).sqrt() / row.slope();
             if !(error <= row.width() || lost_inside.contains(index)) {
                 undetermined.push(*index);
             }

@@ -13,7 +13,7 @@ use crate::fit::search::best_start::Found;
 use crate::fit::task::Task;
 use crate::math::count;
 use crate::measurement::Weighting;
-use crate::parameters::{ParameterTable, Row, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Status};
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
 
@@ -143,10 +143,10 @@ impl Task<'_> {
 
     /// Parameters that are fixed by default and should not have been.
     fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
-        let mut doubted: Vec<&Row> = Vec::new();
+        let mut doubted: Vec<&ParameterRow> = Vec::new();
         for row in table.rows() {
             let by_default = row.spec.fixed && row.status == Status::Fixed && !row.given;
-            let same = |other: &&Row| (other.lobe, other.parameter) == (row.lobe, row.parameter);
+            let same = |other: &&ParameterRow| (other.lobe, other.parameter) == (row.lobe, row.parameter);
             if by_default && !doubted.iter().any(same) {
                 doubted.push(row);
             }

@@ -157,8 +157,7 @@ fn products(fit: &Fit, samples: &Samples) -> Vec<Warning> {
         let mut strongest: f64 = 0.0;
         let mut both_free = false;
         for channel in 0..table.channels().len() {
-            let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
-            let (Some(a), Some(b)) = rows else { continue };
+            let (a, b) = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
             if !free(a) || !free(b) {
                 continue;
             }
