@@ -2,7 +2,7 @@
 
 use super::options::Options;
 use super::problem::pixels::{PixelProblem, Shown, Target};
-use super::search::absent_lobes::past_absent_lobes;
+use super::search::absent_lobes::minimise_escaping_absent_lobes;
 use crate::error::Error;
 use crate::model::{Expression, Role, Scale};
 use crate::parameters::{ParameterRow, ParameterTable, Status};
@@ -88,7 +88,7 @@ fn improved<T: Target>(
     let start = DVector::from_vec(problem.table().coordinates());
     let (stop, deadline) = (options.stop.clone(), options.deadline);
     let limits = Limits { iterations, stop, deadline, observer: None };
-    let solution = past_absent_lobes(problem, problem.table(), start, |start| {
+    let solution = minimise_escaping_absent_lobes(problem, problem.table(), start, |start| {
         minimise(problem, start, TOLERANCES, limits.clone())
     })?;
     let mut table = problem.table().clone();

@@ -1,8 +1,8 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
 use super::options::{Options, Uncertainty};
-use super::search::absent_lobes::past_absent_lobes;
-use super::search::best_start::Found;
+use super::search::absent_lobes::minimise_escaping_absent_lobes;
+use super::search::best_start::SearchOutcome;
 use super::task::Task;
 use super::verdict::bootstrap;
 use super::verdict::hold_out;
@@ -58,12 +58,12 @@ pub fn fit(
     let limits = task.limits(options.iterations, Some(observer));
     let remembered = Remembered::new(&problem);
     let (start, looks) = match options.solver {
-        SolverKind::LevenbergMarquardt => task.approach(&remembered, start, FINAL.cost)?,
+        SolverKind::LevenbergMarquardt => task.coarse_to_fine(&remembered, start, FINAL.cost)?,
         _ => (start, 0),
     };
     // A corrected round gains more digits than undamped steps do: none of these are wanted after it.
     let tolerances = if looks > 1 { Tolerances { refinements: 0, ..FINAL } } else { FINAL };
-    let mut solution = past_absent_lobes(&problem, problem.table(), start, |start| {
+    let mut solution = minimise_escaping_absent_lobes(&problem, problem.table(), start, |start| {
         minimise_with(options.solver, &remembered, start, tolerances, limits.clone(), options.seed)
     })?;
     // The solver counts the last look again.
@@ -120,7 +120,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
         .collect();
     let table = table.with_fixed(Role::Shape).with_fixed(Role::Amplitude);
     let task = Task::new(expression, &samples, options);
-    let found = Found { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
+    let found = SearchOutcome { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
     let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
     let mut fit = task.judge(&problem, table, solution, found, None)?;

@@ -9,7 +9,7 @@ use super::warnings;
 use crate::error::Error;
 use crate::fit::problem::loss::{LossKind, Objective};
 use crate::fit::problem::reflectance::ReflectanceProblem;
-use crate::fit::search::best_start::Found;
+use crate::fit::search::best_start::SearchOutcome;
 use crate::fit::task::Task;
 use crate::math::count;
 use crate::measurement::Weighting;
@@ -42,7 +42,7 @@ impl Task<'_> {
         problem: &ReflectanceProblem<'_>,
         table: ParameterTable,
         solution: Solution,
-        found: Found,
+        found: SearchOutcome,
         resampled: Option<Resampled>,
     ) -> Result<Fit, Error> {
         let samples = self.samples;
