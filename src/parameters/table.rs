@@ -3,7 +3,7 @@
 use super::row::{ParameterRow, ParameterValue, Status};
 use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
 use crate::error::Error;
-use crate::model::{Expression, Lobe, ParamSpec, Role, Scale, Sharing};
+use crate::model::{Expression, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing};
 
 /// Values closer than this, as a ratio or as a share of the typical range, belong to the same minimum.
 const SAME_VALUE: f64 = 0.05;
@@ -445,7 +445,7 @@ impl ParameterTable {
 
     /// Shapes and amplitudes of every lobe for one channel, in formula units.
     #[must_use]
-    pub fn formula_values(&self, channel: usize) -> Vec<(Vec<f64>, Vec<f64>)> {
+    pub fn formula_values(&self, channel: usize) -> Vec<LobeValues> {
         let of_role = |lobe: usize, role: Role| -> Vec<f64> {
             (0..self.parameters_of(lobe))
                 .map(|parameter| &self.rows[self.place(lobe, parameter, channel)])
@@ -454,7 +454,10 @@ impl ParameterTable {
                 .collect()
         };
         (0..self.lobes.len())
-            .map(|lobe| (of_role(lobe, Role::Shape), of_role(lobe, Role::Amplitude)))
+            .map(|lobe| LobeValues {
+                shapes: of_role(lobe, Role::Shape),
+                amplitudes: of_role(lobe, Role::Amplitude),
+            })
             .collect()
     }
 

@@ -4,7 +4,7 @@
 //! and each df/d coordinate are sums of those rows, each times a factor that this module finds once per set of parameters.
 
 use crate::geometry::Block;
-use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, Role};
+use crate::model::{BasisBlock, Coefficients, Derivatives, Expression, LobeValues, Role};
 use crate::parameters::ParameterTable;
 use std::sync::{Mutex, PoisonError};
 
@@ -121,8 +121,8 @@ pub(in crate::fit) fn reflectance(coefficients: &[Coefficients]) -> Vec<Term> {
 /// An expression at one set of parameters.
 pub(super) struct Formula<'a> {
     expression: &'a Expression,
-    /// Per channel, per lobe: shapes and amplitudes in formula units.
-    values: Vec<Vec<(Vec<f64>, Vec<f64>)>>,
+    /// The values of the parameters, per channel and lobe.
+    values: Vec<Vec<LobeValues>>,
     /// Per lobe: which of its shapes are free in any channel.
     free_shapes: Vec<Vec<bool>>,
     /// Per lobe, prepared for the shapes of all channels.
@@ -142,7 +142,7 @@ impl<'a> Formula<'a> {
     ) -> Self {
         let lobes = expression.lobes();
         let values: Vec<_> = (0..layouts.len()).map(|channel| table.formula_values(channel)).collect();
-        let shapes_of = |lobe: usize| values.first().map_or(0, |of_lobes| of_lobes[lobe].0.len());
+        let shapes_of = |lobe: usize| values.first().map_or(0, |of_lobes| of_lobes[lobe].shapes.len());
         let mut free_shapes: Vec<Vec<bool>> =
             (0..lobes.len()).map(|lobe| vec![false; shapes_of(lobe)]).collect();
         for slot in layouts.iter().flat_map(|layout| &layout.slots) {
@@ -156,9 +156,11 @@ impl<'a> Formula<'a> {
             bases.clone()
         };
         let sums = layouts.iter().zip(&values).map(|(layout, values)| {
-            let amplitudes = values.iter().zip(lobes);
-            let coefficients: Vec<Coefficients> =
-                amplitudes.map(|((_, a), lobe)| lobe.model.coefficients(a)).collect();
+            let coefficients: Vec<Coefficients> = values
+                .iter()
+                .zip(lobes)
+                .map(|(values, lobe)| lobe.model.coefficients(&values.amplitudes))
+                .collect();
             Sums::new(layout, table, &coefficients)
         });
         let sums = sums.collect();
@@ -178,8 +180,8 @@ impl<'a> Formula<'a> {
     /// Evaluates the basis of every lobe for a channel; what has the same shapes as in the channel before stays.
     pub(super) fn evaluate(&self, channel: usize, block: &Block, bases: &mut [BasisBlock]) {
         let lobes = self.expression.lobes().iter().zip(&self.values[channel]).zip(bases);
-        for (index, ((lobe, (shapes, _)), basis)) in lobes.enumerate() {
-            lobe.model.evaluate(block, shapes, derivatives(&self.free_shapes, index), basis);
+        for (index, ((lobe, values), basis)) in lobes.enumerate() {
+            lobe.model.evaluate(block, &values.shapes, derivatives(&self.free_shapes, index), basis);
         }
     }
 }

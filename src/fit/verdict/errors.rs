@@ -92,7 +92,7 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
         .iter()
         .map(|values| {
             let lobes = expression.lobes().iter().zip(values);
-            let coefficients = lobes.map(|(lobe, (_, amplitudes))| lobe.model.coefficients(amplitudes));
+            let coefficients = lobes.map(|(lobe, values)| lobe.model.coefficients(&values.amplitudes));
             reflectance(&coefficients.collect::<Vec<_>>())
         })
         .collect();
@@ -113,9 +113,8 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
                 let weights = row(&samples.weights[range.clone()], 0.0);
                 let of_channels = all_values.iter().zip(&terms).zip(&samples.values).zip(&mut sums);
                 for (((values, terms), measured), sums) in of_channels {
-                    for ((lobe, (shapes, _)), basis) in expression.lobes().iter().zip(values).zip(&mut bases)
-                    {
-                        lobe.model.evaluate(&block, shapes, Derivatives::None, basis);
+                    for ((lobe, values), basis) in expression.lobes().iter().zip(values).zip(&mut bases) {
+                        lobe.model.evaluate(&block, &values.shapes, Derivatives::None, basis);
                     }
                     let measured = row(&measured[range.clone()], 0.0);
                     let part = Comparison {
