@@ -6,7 +6,9 @@ use approx::assert_relative_eq;
 use brdfit::geometry::{Directions, Geometry, Pair, direction};
 use brdfit::health::{self, ALBEDO_SLACK, Effort, Integral, Quadrature, directional_albedo};
 use brdfit::math::{GaussLegendre, count};
-use brdfit::model::{AnyModel, Choices, Expression, ModelEntry, ParamSpec, REGISTRY, Role, Scale};
+use brdfit::model::{
+    AnyModel, Choices, Expression, LobeValues, ModelEntry, ParamSpec, REGISTRY, Role, Scale,
+};
 use brdfit::parameters::{ParameterTable, Selector, Setting};
 use brdfit::progress::Quiet;
 use brdfit::synthetic::scattered_directions;
@@ -161,7 +163,8 @@ fn light_and_viewer_may_be_exchanged_and_nothing_is_negative() {
         for shapes in shape_sets(model) {
             for alone in row_of(entry, choices).alone {
                 let label = format!("{} {shapes:?} {alone}", expression.canonical());
-                let parameters = [vec![(shapes.clone(), amplitude_set(model, alone))]];
+                let amplitudes = amplitude_set(model, alone);
+                let parameters = [vec![LobeValues { shapes: shapes.clone(), amplitudes }]];
                 let there = expression.values(&Directions::Scattered(pairs.clone()), &parameters);
                 let back = expression.values(&Directions::Scattered(swapped.clone()), &parameters);
                 for ((there, back), pair) in there[0].iter().zip(&back[0]).zip(&pairs) {
@@ -195,7 +198,8 @@ fn energy() {
                         &[0.0]
                     };
                 for alone in row.alone {
-                    let parameters = [vec![(shapes.clone(), amplitude_set(model, alone))]];
+                    let amplitudes = amplitude_set(model, alone);
+                    let parameters = [vec![LobeValues { shapes: shapes.clone(), amplitudes }]];
                     for (degrees, phi) in INCIDENCES.iter().flat_map(|t| turns.iter().map(move |p| (*t, *p)))
                     {
                         let wi = direction(degrees.to_radians(), phi);
@@ -250,7 +254,7 @@ fn energy() {
 fn albedos_are_known() {
     let albedo = |text: &str, shapes: &[f64], amplitudes: &[f64], degrees: f64| {
         let expression = Expression::parse(text).unwrap();
-        let parameters = [vec![(shapes.to_vec(), amplitudes.to_vec())]];
+        let parameters = [vec![LobeValues { shapes: shapes.to_vec(), amplitudes: amplitudes.to_vec() }]];
         let wi = direction(degrees.to_radians(), 0.3);
         directional_albedo(&expression, &parameters, wi, false, &Quadrature::default())[0]
     };

@@ -5,7 +5,7 @@ mod common;
 
 use brdfit::geometry::Geometry;
 use brdfit::image::{Image, differences};
-use brdfit::model::Expression;
+use brdfit::model::{Expression, LobeValues};
 use brdfit::scene::Scene;
 use common::{Folder, shared};
 use serde_json::Value;
@@ -122,7 +122,11 @@ fn the_difference_is_that_of_the_images() {
 
     let view = Scene::read(&scene("studio-sphere.json")).unwrap().view().unwrap();
     let truth = Expression::parse("lambert + cook-torrance(d=ggx)").unwrap();
-    let parameters = [(vec![], vec![0.2]), (vec![0.15], vec![0.06, 1.0])];
+    let of_lobe = |shapes: &[f64], amplitudes: &[f64]| LobeValues {
+        shapes: shapes.to_vec(),
+        amplitudes: amplitudes.to_vec(),
+    };
+    let parameters = [of_lobe(&[], &[0.2]), of_lobe(&[0.15], &[0.06, 1.0])];
     let order = truth.lobes()[1].model.parameters();
     assert_eq!(order.iter().map(|spec| spec.name).collect::<Vec<_>>(), ["m", "f0", "ks"]);
     let image = |f: &dyn Fn(&Geometry<f64>) -> f64| {

@@ -28,12 +28,8 @@ pub fn describe(setup: &Setup) -> String {
 /// The instruction sets that the loops over rows are compiled for, and which of them this machine runs.
 #[cfg(target_arch = "x86_64")]
 fn instructions() -> String {
-    use pulp::x86::{V3, V4};
-    let sets = [
-        ("AVX-512 (x86-64-v4)", V4::try_new().is_some()),
-        ("AVX2 (x86-64-v3)", V3::try_new().is_some()),
-        ("SSE2", true),
-    ];
+    use pulp::x86::V3;
+    let sets = [("AVX2 (x86-64-v3)", V3::try_new().is_some()), ("SSE2", true)];
     let available: Vec<&str> = sets.iter().filter(|(_, is)| *is).map(|(name, _)| *name).collect();
     format!("Instruction sets: {}; the first is used.", available.join(", "))
 }

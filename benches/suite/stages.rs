@@ -138,9 +138,9 @@ fn one_thread(setup: &Setup) -> String {
     let mut bases = vec![BasisBlock::default(); values.len()];
     let with_basis = effort.nanoseconds(|| {
         in_blocks(&samples, |block| {
-            for ((lobe, (shapes, _)), basis) in expression.lobes().iter().zip(&values).zip(&mut bases) {
+            for ((lobe, values), basis) in expression.lobes().iter().zip(&values).zip(&mut bases) {
                 basis.forget();
-                lobe.model.evaluate(block, shapes, Derivatives::All, basis);
+                lobe.model.evaluate(block, &values.shapes, Derivatives::All, basis);
             }
             black_box(&mut bases);
         });

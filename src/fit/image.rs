@@ -2,28 +2,35 @@
 
 use super::options::Options;
 use super::problem::pixels::{PixelProblem, Shown, Target};
-use super::search::absent_lobes::past_absent_lobes;
+use super::search::absent_lobes::minimise_escaping_absent_lobes;
 use crate::error::Error;
 use crate::model::{Expression, Role, Scale};
-use crate::parameters::{ParameterTable, Row, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Status};
 use crate::solver::{Limits, Tolerances, minimise};
 use nalgebra::DVector;
 
 /// A minimum of an image is not asked for more digits than an image shows.
 const TOLERANCES: Tolerances = Tolerances { step: 1e-7, cost: 1e-9, gradient: 1e-7, refinements: 0 };
-/// Most iterations; few fits take more than thirty.
+/// Most iterations on all pixels; few fits take more than thirty.
 const ITERATIONS: u64 = 100;
-/// How starts are tried, and how the best of them go on.
-const TRIED: Effort = Effort { pixels: 150, iterations: 8 };
-const SEARCHED: Effort = Effort { pixels: 400, iterations: 30 };
+/// The effort with which each start is tried.
+const TRIAL: Effort = Effort { pixels: 150, iterations: 8 };
+/// The effort with which the best of them go on.
+const SEARCH: Effort = Effort { pixels: 400, iterations: 30 };
+/// Starts that go on.
+const BEST_TRIALS: usize = 2;
+/// What the widths of a start are multiplied by to make further starts.
+const WIDTH_FACTORS: [f64; 3] = [1.0, 1.0 / 3.0, 3.0];
 
-/// How much is looked at, and how often.
+/// How much a minimisation may cost.
 struct Effort {
+    /// The number of pixels that it is done on, about.
     pixels: usize,
+    /// The most iterations.
     iterations: u64,
 }
 
-/// Parameters that make an image as near as it gets to what is `shown`, sought from `starts`; none without starts.
+/// Parameters that make an image as near as it gets to what is `shown`, sought from `starts`; `None` without starts.
 ///
 /// Images have many minima where lobes are sharp. Every start is tried with its widths as they are, a third and three times
 /// as large, for a few iterations on few of the pixels; the best two of those are improved on more pixels, and the better one on
@@ -46,14 +53,18 @@ pub(crate) fn fit_image<T: Target>(
     let best = |found: Vec<(f64, ParameterTable)>, n: usize| -> Vec<ParameterTable> {
         found.into_iter().take(n).map(|(_, table)| table).collect()
     };
-    let tried: Vec<ParameterTable> = starts.iter().flat_map(|start| stretched(start)).collect();
-    let tried = improved(&shown.some(TRIED.pixels), tried, TRIED.iterations)?;
-    let searched = improved(&shown.some(SEARCHED.pixels), best(tried, 2), SEARCHED.iterations)?;
+
+    // All starts on few pixels, the best of them on more, and the very best on all.
+    let starts_tried: Vec<ParameterTable> =
+        starts.iter().flat_map(|start| with_other_widths(start)).collect();
+    let tried = improved(&shown.some(TRIAL.pixels), starts_tried, TRIAL.iterations)?;
+    let searched = improved(&shown.some(SEARCH.pixels), best(tried, BEST_TRIALS), SEARCH.iterations)?;
     let mut found = improved(shown, best(searched, 1), ITERATIONS)?;
+
+    // If that is worse than some start was, the few pixels were not like the others: the starts on all pixels.
     let cost = |table: &&ParameterTable| PixelProblem::new(expression, shown, (*table).clone()).cost();
     let least = starts.iter().map(cost).fold(f64::INFINITY, f64::min);
     if found.first().is_some_and(|(cost, _)| *cost > least) {
-        // Some of the pixels were not like the others.
         found.extend(improved(shown, starts.iter().map(|table| (*table).clone()).collect(), ITERATIONS)?);
         found.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     }
@@ -61,8 +72,8 @@ pub(crate) fn fit_image<T: Target>(
 }
 
 /// A start with its widths as they are, narrower and wider; itself alone if it has none to move.
-fn stretched(start: &ParameterTable) -> Vec<ParameterTable> {
-    let is_width = |row: &Row| {
+fn with_other_widths(start: &ParameterTable) -> Vec<ParameterTable> {
+    let is_width = |row: &ParameterRow| {
         row.status == Status::Free && row.spec.role == Role::Shape && row.spec.scale == Scale::Log
     };
     let widths: Vec<(usize, f64)> = (0..)
@@ -70,7 +81,7 @@ fn stretched(start: &ParameterTable) -> Vec<ParameterTable> {
         .filter(|(_, row)| is_width(row))
         .map(|(index, row)| (index, row.value))
         .collect();
-    let factors: &[f64] = if widths.is_empty() { &[1.0] } else { &[1.0, 1.0 / 3.0, 3.0] };
+    let factors: &[f64] = if widths.is_empty() { &[1.0] } else { &WIDTH_FACTORS };
     let with = |factor: &f64| {
         let mut table = start.clone();
         widths.iter().for_each(|(index, value)| table.set_value(*index, factor * value));
@@ -88,7 +99,7 @@ fn improved<T: Target>(
     let start = DVector::from_vec(problem.table().coordinates());
     let (stop, deadline) = (options.stop.clone(), options.deadline);
     let limits = Limits { iterations, stop, deadline, observer: None };
-    let solution = past_absent_lobes(problem, problem.table(), start, |start| {
+    let solution = minimise_escaping_absent_lobes(problem, problem.table(), start, |start| {
         minimise(problem, start, TOLERANCES, limits.clone())
     })?;
     let mut table = problem.table().clone();

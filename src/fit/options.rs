@@ -12,25 +12,25 @@ use std::time::Instant;
 pub struct Options {
     /// What the residuals are differences of.
     pub metric: Metric,
-    /// How large residuals count.
+    /// How strongly residuals that are far larger than the others are down-weighted.
     pub loss: LossKind,
-    /// Where they begin to count less, in units of the residual; found from the data if none.
+    /// The residual from which on the loss down-weights a sample; `None` to estimate it from the residuals.
     pub loss_scale: Option<f64>,
     /// Which samples count.
     pub filters: Filters,
-    /// Wishes about parameters.
+    /// Constraints on parameters.
     pub settings: Settings,
-    /// Seed of the draws of samples.
+    /// The seed of all random draws.
     pub seed: u64,
-    /// Fraction of the angles of incidence that is left out of the fit, to judge it by; none if none.
+    /// The fraction of the angles of incidence that is left out of the fit, to judge it by; `None` to fit all.
     pub hold_out: Option<f64>,
     /// Where standard errors come from.
     pub uncertainty: Uncertainty,
-    /// What minimises in the final fit.
+    /// The optimiser of the final fit; the others serve comparison.
     pub solver: SolverKind,
     /// Most iterations of the final fit by Levenberg-Marquardt; other solvers make more of them.
     pub iterations: u64,
-    /// Set to true to stop with the best so far.
+    /// Set to true by another thread to stop with the best so far.
     pub stop: Option<StopSignal>,
     /// The moment to stop at.
     pub deadline: Option<Instant>,
@@ -76,7 +76,8 @@ impl Uncertainty {
     }
 }
 
-/// How much a fit may look at. docs/tradeoff.md has what each costs and leaves in error.
+/// How many samples a fit may use and how many iterations it may take. docs/tradeoff.md has what each costs and leaves in
+/// error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Budget {
     /// 2000 samples, 60 iterations.
@@ -88,7 +89,7 @@ pub enum Budget {
 }
 
 impl Budget {
-    /// From the cheapest up.
+    /// All budgets, from the cheapest up.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Balanced, Self::Full];
 
     /// Name on the command line and in reports.
@@ -101,7 +102,7 @@ impl Budget {
         }
     }
 
-    /// Samples that the fit uses; all if none.
+    /// The number of samples that the fit uses; `None` for all.
     #[must_use]
     pub fn samples(self) -> Option<usize> {
         match self {
@@ -111,7 +112,7 @@ impl Budget {
         }
     }
 
-    /// Most iterations of the final fit.
+    /// The most iterations of the final fit.
     #[must_use]
     pub fn iterations(self) -> u64 {
         match self {

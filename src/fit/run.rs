@@ -1,8 +1,9 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
 use super::options::{Options, Uncertainty};
-use super::search::absent_lobes::past_absent_lobes;
-use super::search::best_start::Found;
+use super::problem::reflectance::ReflectanceProblem;
+use super::search::absent_lobes::minimise_escaping_absent_lobes;
+use super::search::best_start::SearchOutcome;
 use super::task::Task;
 use super::verdict::bootstrap;
 use super::verdict::hold_out;
@@ -14,11 +15,13 @@ use crate::model::{Expression, Role};
 use crate::parameters::{ParameterTable, Status};
 use crate::progress::Progress;
 use crate::solver::remembered::Remembered;
-use crate::solver::{LeastSquares, Limits, Observer, SolverKind, Tolerances, minimise, minimise_with};
+use crate::solver::{
+    LeastSquares, Limits, Observer, Solution, SolverKind, Tolerances, minimise, minimise_with,
+};
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// The end of a fit. A promised decrease of 1e-12 of the cost moves the parameters by about
+/// When the final fit ends. A promised decrease of 1e-12 of the cost moves the parameters by about
 /// 1e-6 sqrt(n) standard errors.
 const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11, refinements: 2 };
 
@@ -33,65 +36,91 @@ pub fn fit(
     options: &Options,
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
-    let (mut samples, table) = prepare(measurement, expression, options)?;
-    let mut unseen = None;
-    if let Some(fraction) = options.hold_out {
-        let (fitted, left_out) = hold_out::split(&samples, fraction, options.seed, measurement)?;
-        samples = fitted;
-        unseen = Some(left_out);
-    }
+    // The samples to fit, those that are held out, and the groups that resampling would draw from.
+    let (samples, table) = prepare(measurement, expression, options)?;
+    let (samples, held_out) = match options.hold_out {
+        None => (samples, None),
+        Some(fraction) => {
+            let (fitted, held_out) = hold_out::split(&samples, fraction, options.seed, measurement)?;
+            (fitted, Some(held_out))
+        }
+    };
     let groups = match options.uncertainty {
         Uncertainty::Formula => None,
         Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
     };
     let task = Task::new(expression, &samples, options);
 
+    // The best start, which is close to the minimum already. The search leaves its best values in the table, whose
+    // `initial` remembers where they came from.
     progress.stage("searching");
-    let (table, found) = task.search(table)?;
+    let (mut table, found) = task.search(table)?;
 
+    // The minimum on all samples, amplitudes without effect at 0 and lobes in order.
     progress.stage("fitting");
     let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
-    // The search has left its best values in the table; `initial` remembers where they came from.
-    let start = DVector::from_vec(table.coordinates());
-    let heard = Arc::clone(progress);
-    let observer: Observer = Arc::new(move |iteration, cost| heard.iteration(iteration, cost));
-    let limits = task.limits(options.iterations, Some(observer));
-    let remembered = Remembered::new(&problem);
-    let (start, looks) = match options.solver {
-        SolverKind::LevenbergMarquardt => task.approach(&remembered, start, FINAL.cost)?,
-        _ => (start, 0),
-    };
-    // A corrected round gains more digits than undamped steps do: none of these are wanted after it.
-    let tolerances = if looks > 1 { Tolerances { refinements: 0, ..FINAL } } else { FINAL };
-    let mut solution = past_absent_lobes(&problem, problem.table(), start, |start| {
-        minimise_with(options.solver, &remembered, start, tolerances, limits.clone(), options.seed)
-    })?;
-    // The solver counts the last look again.
-    solution.evaluations += looks.saturating_sub(1);
-    let mut table = table;
-    table.set_coordinates(solution.x.as_slice());
-    let dropped = task.drop_negligible(&mut table);
-    let moved = table.sort_lobes();
-    if dropped || moved {
-        solution.x = DVector::from_vec(table.coordinates());
-        solution.linearisation = problem.linearise(&solution.x);
-        solution.cost = solution.linearisation.cost;
-    }
+    let mut solution = task.minimise_on_all(&problem, progress)?;
+    task.tidy(&problem, &mut table, &mut solution);
 
-    let (resampled, doubt) = match &groups {
+    // How far the parameters move with the angles of incidence that were measured.
+    let (resampled, cut_short) = match &groups {
         None => (None, None),
         Some(groups) => bootstrap::resample(&task, found.objective, groups, &table, &solution, progress)?,
     };
 
+    // What follows from the parameters.
     progress.stage("judging");
     let mut fit = task.judge(&problem, table, solution, found, resampled)?;
-    fit.warnings.extend(doubt);
-    fit.held_out = unseen.map(|unseen| unseen.judge(expression, &fit.table));
+    fit.warnings.extend(cut_short);
+    fit.held_out = held_out.map(|held_out| held_out.judge(expression, &fit.table));
     fit.warnings.splice(0..0, doubts(measurement));
     Ok(fit)
 }
 
-/// The samples that count, and the parameters as the options want them.
+impl Task<'_> {
+    /// The minimum on all samples from the values in the problem's table.
+    fn minimise_on_all(
+        &self,
+        problem: &ReflectanceProblem<'_>,
+        progress: &Arc<dyn Progress>,
+    ) -> Result<Solution, Error> {
+        let Options { solver, iterations, seed, .. } = *self.options;
+        let start = DVector::from_vec(problem.table().coordinates());
+        let progress = Arc::clone(progress);
+        let observer: Observer = Arc::new(move |iteration, cost| progress.iteration(iteration, cost));
+        let limits = self.limits(iterations, Some(observer));
+
+        // Most of the way on part of the samples, where there are many.
+        let remembered = Remembered::new(problem);
+        let (start, passes) = match solver {
+            SolverKind::LevenbergMarquardt => self.coarse_to_fine(&remembered, start, FINAL.cost)?,
+            _ => (start, 0),
+        };
+
+        // The rest on all. A corrected round gains more digits than undamped steps do: none of these are wanted after it.
+        let tolerances = if passes > 1 { Tolerances { refinements: 0, ..FINAL } } else { FINAL };
+        let mut solution = minimise_escaping_absent_lobes(problem, problem.table(), start, |start| {
+            minimise_with(solver, &remembered, start, tolerances, limits.clone(), seed)
+        })?;
+        // The solver counts the last pass again.
+        solution.evaluations += passes.saturating_sub(1);
+        Ok(solution)
+    }
+
+    /// Takes the parameters of a solution over into `table`, sets amplitudes without effect to 0, and puts lobes in order.
+    fn tidy(&self, problem: &ReflectanceProblem<'_>, table: &mut ParameterTable, solution: &mut Solution) {
+        table.set_coordinates(solution.x.as_slice());
+        let dropped = self.drop_negligible(table);
+        let moved = table.sort_lobes();
+        if dropped || moved {
+            solution.x = DVector::from_vec(table.coordinates());
+            solution.linearisation = problem.linearise(&solution.x);
+            solution.cost = solution.linearisation.cost;
+        }
+    }
+}
+
+/// Selects the samples that count, and sets the parameters up as the options ask.
 fn prepare(
     measurement: &Measurement,
     expression: &Expression,
@@ -103,7 +132,7 @@ fn prepare(
     Ok((samples, table))
 }
 
-/// The reader's doubts about a file.
+/// The reader's doubts about a file, as warnings.
 fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
     measurement.doubts.iter().map(|(kind, text)| Warning { kind, parameter: None, text: text.clone() })
 }
@@ -114,13 +143,16 @@ fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
 /// Like [`fit`].
 pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Options) -> Result<Fit, Error> {
     let (samples, table) = prepare(measurement, expression, options)?;
-    let defaults: Vec<String> = (0..table.rows().len())
-        .filter(|index| table.rows().get(*index).is_some_and(|row| !row.given && row.status == Status::Free))
-        .map(|index| table.name(index))
+    let rows = table.rows().iter().enumerate();
+    let defaults: Vec<String> = rows
+        .filter(|(_, row)| !row.given && row.status == Status::Free)
+        .map(|(index, _)| table.name(index))
         .collect();
+
+    // A fit without free parameters ends where it begins.
     let table = table.with_fixed(Role::Shape).with_fixed(Role::Amplitude);
     let task = Task::new(expression, &samples, options);
-    let found = Found { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
+    let found = SearchOutcome { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
     let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
     let mut fit = task.judge(&problem, table, solution, found, None)?;

@@ -8,7 +8,7 @@ use super::angles::{Angles, angles, written};
 use super::physics;
 use crate::geometry::{Block, Geometry, Pair, direction};
 use crate::math::{Real, Wide};
-use crate::model::{BasisBlock, Derivatives, Expression, Role};
+use crate::model::{BasisBlock, Derivatives, Expression, LobeValues, Role};
 use serde::Serialize;
 
 /// Values and derivatives that are no finite numbers.
@@ -77,9 +77,9 @@ fn extremes() -> Vec<Pair> {
 }
 
 /// Counts what is not finite in the extreme directions, for the shapes and amplitudes of every lobe.
-pub(super) fn at_extremes(expression: &Expression, lobes: &[(Vec<f64>, Vec<f64>)]) -> Unfinished {
+pub(super) fn at_extremes(expression: &Expression, lobes: &[LobeValues]) -> Unfinished {
     let mut found = Unfinished::default();
-    for (lobe, (shapes, amplitudes)) in expression.lobes().iter().zip(lobes) {
+    for (lobe, LobeValues { shapes, amplitudes }) in expression.lobes().iter().zip(lobes) {
         count(&mut found, lobe, shapes, amplitudes, "");
     }
     found
@@ -136,7 +136,7 @@ fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], ampl
 /// Values in the two precisions, and in the wide one at the same arguments.
 fn both<R: Real>(
     expression: &Expression,
-    lobes: &[(Vec<f64>, Vec<f64>)],
+    lobes: &[LobeValues],
     pairs: &[Pair],
     widen: impl Fn(R) -> Wide + Copy,
 ) -> (Vec<Wide>, Vec<Wide>) {
@@ -145,11 +145,15 @@ fn both<R: Real>(
         .map(|pair| (pair.wi.to_array().map(R::literal), pair.wo.to_array().map(R::literal)))
         .collect();
     let rounded = |values: &Vec<f64>| values.iter().map(|v| R::literal(*v)).collect::<Vec<R>>();
-    let parameters: Vec<(Vec<R>, Vec<R>)> =
-        lobes.iter().map(|(shapes, amplitudes)| (rounded(shapes), rounded(amplitudes))).collect();
+    let parameters: Vec<LobeValues<R>> = lobes
+        .iter()
+        .map(|of| LobeValues { shapes: rounded(&of.shapes), amplitudes: rounded(&of.amplitudes) })
+        .collect();
     let all_wide = |values: &Vec<R>| values.iter().map(|v| widen(*v)).collect::<Vec<Wide>>();
-    let wide_parameters: Vec<(Vec<Wide>, Vec<Wide>)> =
-        parameters.iter().map(|(shapes, amplitudes)| (all_wide(shapes), all_wide(amplitudes))).collect();
+    let wide_parameters: Vec<LobeValues<Wide>> = parameters
+        .iter()
+        .map(|of| LobeValues { shapes: all_wide(&of.shapes), amplitudes: all_wide(&of.amplitudes) })
+        .collect();
     let narrow: Vec<Geometry<R>> = geometries.iter().map(|(wi, wo)| Geometry::new(*wi, *wo)).collect();
     let wide: Vec<Geometry<Wide>> =
         geometries.iter().map(|(wi, wo)| Geometry::new(wi.map(widen), wo.map(widen))).collect();
@@ -159,7 +163,7 @@ fn both<R: Real>(
 }
 
 /// The digits that the values of a model keep.
-pub(super) fn digits(expression: &Expression, lobes: &[(Vec<f64>, Vec<f64>)], pairs: usize) -> Digits {
+pub(super) fn digits(expression: &Expression, lobes: &[LobeValues], pairs: usize) -> Digits {
     let pairs = physics::pairs(pairs);
     // Where smaller ones stand on the way to a value, even the wide number has few digits.
     const SMALL_DOUBLE: f64 = 1e-280;

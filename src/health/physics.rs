@@ -4,7 +4,7 @@ use super::angles::{Angles, angles};
 use super::effort::Effort;
 use super::quadrature::{Integral, directional_albedo};
 use crate::geometry::{Directions, Pair, direction};
-use crate::model::Expression;
+use crate::model::{Expression, LobeValues};
 use crate::synthetic::scattered_directions;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -65,7 +65,7 @@ pub(super) fn pairs(n: usize) -> Vec<Pair> {
 /// Reciprocity and the least value per channel.
 pub(super) fn compare(
     expression: &Expression,
-    parameters: &[Vec<(Vec<f64>, Vec<f64>)>],
+    parameters: &[Vec<LobeValues>],
     pairs: &[Pair],
 ) -> Vec<(Reciprocity, Extreme)> {
     let swapped = pairs.iter().map(|pair| Pair { wi: pair.wo, wo: pair.wi }).collect();
@@ -102,7 +102,7 @@ pub(super) fn compare(
 }
 
 /// Whether f changes when both directions are turned about the normal.
-pub(super) fn is_anisotropic(expression: &Expression, parameters: &[Vec<(Vec<f64>, Vec<f64>)>]) -> bool {
+pub(super) fn is_anisotropic(expression: &Expression, parameters: &[Vec<LobeValues>]) -> bool {
     let pairs = scattered_directions(60, 80.0, SEED);
     let turn = |v: DVec3| DVec3::new(v.x * 0.8 - v.y * 0.6, v.x * 0.6 + v.y * 0.8, v.z);
     let turned = pairs.iter().map(|pair| Pair { wi: turn(pair.wi), wo: turn(pair.wo) }).collect();
@@ -116,7 +116,7 @@ pub(super) fn is_anisotropic(expression: &Expression, parameters: &[Vec<(Vec<f64
 /// Albedos per channel.
 pub(super) fn albedos(
     expression: &Expression,
-    parameters: &[Vec<(Vec<f64>, Vec<f64>)>],
+    parameters: &[Vec<LobeValues>],
     anisotropic: bool,
     effort: &Effort,
 ) -> Vec<Vec<Albedo>> {

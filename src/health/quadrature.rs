@@ -8,7 +8,7 @@
 
 use crate::geometry::{Directions, Pair, direction};
 use crate::math::count;
-use crate::model::Expression;
+use crate::model::{Expression, LobeValues};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -110,11 +110,12 @@ struct Done {
     integrals: Vec<Integral>,
 }
 
-/// The share of light from `wi` that is reflected, per channel. `parameters` are shapes and amplitudes per channel and lobe.
+/// The share of light from `wi` that is reflected, per channel. `parameters` are
+/// their values per channel and lobe.
 #[must_use]
 pub fn directional_albedo(
     expression: &Expression,
-    parameters: &[Vec<(Vec<f64>, Vec<f64>)>],
+    parameters: &[Vec<LobeValues>],
     wi: DVec3,
     anisotropic: bool,
     quadrature: &Quadrature,
@@ -182,7 +183,7 @@ fn mesh(wi: DVec3, seeds: &[DVec3], anisotropic: bool) -> Vec<Cell> {
 /// The integral over each cell.
 fn integrate(
     expression: &Expression,
-    parameters: &[Vec<(Vec<f64>, Vec<f64>)>],
+    parameters: &[Vec<LobeValues>],
     wi: DVec3,
     cells: &[Cell],
 ) -> Vec<Done> {

@@ -32,6 +32,15 @@ pub struct Expression {
     lobes: Vec<Lobe>,
 }
 
+/// The values of a lobe's parameters in declared order, in formula units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LobeValues<T = f64> {
+    /// What its basis functions depend on.
+    pub shapes: Vec<T>,
+    /// What multiplies them.
+    pub amplitudes: Vec<T>,
+}
+
 impl Expression {
     /// Reads `lambert + cook-torrance(d=beckmann, g=v-cavity)`.
     ///
@@ -74,17 +83,17 @@ impl Expression {
     }
 
     /// Makes `bases` one per lobe, and prepares in each what takes long for the shapes of every channel. `values` are
-    /// shapes and amplitudes per channel and lobe.
+    /// those of the parameters, per channel and lobe.
     pub(crate) fn prepare<'a>(
         &self,
-        values: &[Vec<(Vec<f64>, Vec<f64>)>],
+        values: &[Vec<LobeValues>],
         derivatives: impl Fn(usize) -> Derivatives<'a>,
         bases: &mut Vec<BasisBlock>,
     ) {
         bases.resize(self.lobes.len(), BasisBlock::default());
         for (index, (lobe, basis)) in self.lobes.iter().zip(bases).enumerate() {
             let of_channel = values.iter().filter_map(|lobes| lobes.get(index));
-            let shapes: Vec<&[f64]> = of_channel.map(|(shapes, _)| shapes.as_slice()).collect();
+            let shapes: Vec<&[f64]> = of_channel.map(|values| values.shapes.as_slice()).collect();
             lobe.model.prepare(&shapes, derivatives(index), basis);
         }
     }
@@ -92,12 +101,12 @@ impl Expression {
     /// The BRDF at all `directions`, 1/sr, per channel: what [`Expression::value`] gives for each, by blocks. `parameters`
     /// are shapes and amplitudes per channel and lobe, in formula units.
     #[must_use]
-    pub fn values(&self, directions: &Directions, parameters: &[Vec<(Vec<f64>, Vec<f64>)>]) -> Vec<Vec<f64>> {
+    pub fn values(&self, directions: &Directions, parameters: &[Vec<LobeValues>]) -> Vec<Vec<f64>> {
         let coefficients: Vec<Vec<Vec<f64>>> = parameters
             .iter()
             .map(|lobes| {
                 let of_lobe = self.lobes.iter().zip(lobes);
-                of_lobe.map(|(lobe, (_, amplitudes))| lobe.model.coefficients(amplitudes).values).collect()
+                of_lobe.map(|(lobe, values)| lobe.model.coefficients(&values.amplitudes).values).collect()
             })
             .collect();
         let mut bases = Vec::new();
@@ -109,7 +118,7 @@ impl Expression {
             bases.iter_mut().for_each(BasisBlock::forget);
             for ((lobes, coefficients), values) in parameters.iter().zip(&coefficients).zip(&mut values) {
                 let mut sum = Row::filled(0.0);
-                for (((lobe, basis), (shapes, _)), coefficients) in
+                for (((lobe, basis), LobeValues { shapes, .. }), coefficients) in
                     self.lobes.iter().zip(&mut bases).zip(lobes).zip(coefficients)
                 {
                     lobe.model.evaluate(&block, shapes, Derivatives::None, basis);
@@ -129,7 +138,7 @@ impl Expression {
     /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes of each lobe in declared order, in
     /// formula units. 0 where either direction is not above the horizon.
     #[must_use]
-    pub fn value(&self, geometry: &Geometry<f64>, parameters: &[(Vec<f64>, Vec<f64>)]) -> f64 {
+    pub fn value(&self, geometry: &Geometry<f64>, parameters: &[LobeValues]) -> f64 {
         let values = self.values_in(std::slice::from_ref(geometry), parameters);
         values.first().copied().unwrap_or(f64::NAN)
     }
@@ -140,11 +149,11 @@ impl Expression {
     pub fn values_in<T: Scalar>(
         &self,
         geometries: &[Geometry<T::Real>],
-        parameters: &[(Vec<T>, Vec<T>)],
+        parameters: &[LobeValues<T>],
     ) -> Vec<T> {
         let zero = T::constant(0.0);
         let mut sums = vec![zero; geometries.len()];
-        for (lobe, (shapes, amplitudes)) in self.lobes.iter().zip(parameters) {
+        for (lobe, LobeValues { shapes, amplitudes }) in self.lobes.iter().zip(parameters) {
             let values = lobe.model.values_in(geometries, shapes, amplitudes);
             sums.iter_mut().zip(values).for_each(|(sum, f)| *sum = *sum + f);
         }

@@ -28,7 +28,7 @@ mod zoo;
 
 pub use choices::{Choices, ModelOption};
 pub use evaluation::BasisBlock;
-pub use expression::{Expression, Lobe};
+pub use expression::{Expression, Lobe, LobeValues};
 pub use parameter::{ParamSpec, Role, Scale, Sharing, Sharper, Unit};
 pub use part::{Derivatives, Kernel, Part, PreparedBy, Visitor};
 pub(crate) use part::{Reshape, Reshaped};

@@ -1,12 +1,16 @@
 //! The parameters of an expression for given channels, and what a user wants of them.
 
+// Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
+// number. What users write is read by `selector` and `settings`, which never index.
+#![allow(clippy::indexing_slicing)]
+
 mod order;
 mod row;
 mod selector;
 mod settings;
 mod table;
 
-pub use row::{ParameterValue, Row, Status};
+pub use row::{ParameterRow, ParameterValue, Status};
 pub use selector::{Selector, Setting, Settings, channel_suffix};
 pub use settings::{SettingTexts, ranges, values};
 pub use table::{ParameterTable, Product};

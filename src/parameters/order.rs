@@ -1,6 +1,6 @@
 //! The order of lobes that could be exchanged for each other.
 
-use super::row::{Row, Status};
+use super::row::{ParameterRow, Status};
 use super::table::ParameterTable;
 use crate::model::Sharper;
 
@@ -13,7 +13,7 @@ impl ParameterTable {
         let mut moved = false;
         // Every exchange takes one pair out of disorder and brings none into it.
         while let Some((a, b)) = self.disorder() {
-            let rows = |lobe: usize| self.places.get(lobe).map_or(Vec::new(), |places| places.concat());
+            let rows = |lobe: usize| self.places[lobe].concat();
             for (i, j) in rows(a).into_iter().zip(rows(b)) {
                 self.exchange(i, j);
             }
@@ -46,16 +46,12 @@ impl ParameterTable {
         (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
     }
 
+    /// Exchanges the values of two rows.
     fn exchange(&mut self, i: usize, j: usize) {
-        let values = |row: Option<&Row>| row.map(|row| (row.value, row.initial));
-        let (Some(first), Some(second)) = (values(self.rows.get(i)), values(self.rows.get(j))) else {
-            return;
-        };
-        for (index, (value, initial)) in [(i, second), (j, first)] {
-            if let Some(row) = self.rows.get_mut(index) {
-                (row.value, row.initial) = (value, initial);
-            }
-        }
+        let values = |row: &ParameterRow| (row.value, row.initial);
+        let (first, second) = (values(&self.rows[i]), values(&self.rows[j]));
+        (self.rows[i].value, self.rows[i].initial) = second;
+        (self.rows[j].value, self.rows[j].initial) = first;
     }
 
     /// Whether lobe `b` is the sharper one of two that may be exchanged.
@@ -64,7 +60,7 @@ impl ParameterTable {
             return false;
         }
         let key = |lobe: usize| {
-            let rows = self.places.get(lobe)?.iter().filter_map(|rows| self.rows.get(*rows.first()?));
+            let rows = self.places[lobe].iter().filter_map(|rows| rows.first()).map(|row| &self.rows[*row]);
             rows.filter_map(|row| Some((row.spec.sharper?, row.value))).next()
         };
         match (key(a), key(b)) {
@@ -76,13 +72,13 @@ impl ParameterTable {
 
     /// Whether two lobes are of one kind and the user has not told them apart.
     fn exchangeable(&self, a: usize, b: usize) -> bool {
-        if self.kinds.get(a) != self.kinds.get(b) {
+        if self.kinds[a] != self.kinds[b] {
             return false;
         }
-        let rows = |lobe: usize| self.places.get(lobe).map_or(Vec::new(), |places| places.concat());
+        let rows = |lobe: usize| self.places[lobe].concat();
         let (first, second) = (rows(a), rows(b));
         let alike = |i: usize, j: usize| {
-            let (Some(x), Some(y)) = (self.rows.get(i), self.rows.get(j)) else { return false };
+            let (x, y) = (&self.rows[i], &self.rows[j]);
             let same_role = match (x.status, y.status) {
                 (Status::Free, Status::Free) => true,
                 (Status::Fixed, Status::Fixed) => x.value == y.value,

@@ -25,20 +25,20 @@ pub struct ParameterValue {
     pub unit: &'static str,
 }
 
-/// One number of the model: a parameter, for one channel where it is not shared.
+/// A row of the parameter table: one number of the model, which is a parameter, for one channel where it is not shared.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct ParameterRow {
     /// Index of the lobe in the expression.
     pub lobe: usize,
     /// Index of the parameter in the lobe's declaration.
     pub parameter: usize,
     /// The declaration.
     pub spec: ParamSpec,
-    /// Index of the channel; none for a shared parameter.
+    /// Index of the channel; `None` for a shared parameter.
     pub channel: Option<usize>,
-    /// Current value, in the parameter's unit.
+    /// The current value, in the parameter's unit.
     pub value: f64,
-    /// Value that the fit started from.
+    /// The value that the fit started from.
     pub initial: f64,
     /// Whether the user gave that value.
     pub given: bool,
@@ -48,7 +48,8 @@ pub struct Row {
     pub status: Status,
 }
 
-impl Row {
+impl ParameterRow {
+    /// What the solver moves instead of a value.
     pub(super) fn coordinate(&self, value: f64) -> f64 {
         match self.spec.scale {
             Scale::Linear => value,
@@ -57,6 +58,7 @@ impl Row {
         }
     }
 
+    /// The value that belongs to a coordinate.
     pub(super) fn value_at(&self, coordinate: f64) -> f64 {
         match self.spec.scale {
             Scale::Linear => coordinate,
@@ -67,7 +69,7 @@ impl Row {
 
     /// d value/d coordinate at the current value.
     #[must_use]
-    pub fn stretch(&self) -> f64 {
+    pub fn slope(&self) -> f64 {
         match self.spec.scale {
             Scale::Linear => 1.0,
             Scale::Log => self.value,
@@ -81,7 +83,7 @@ impl Row {
         1e-6 * self.spec.typical.1
     }
 
-    /// Width of the range between the bounds, in the solver's coordinate.
+    /// The width of the range between the bounds, in the solver's coordinate.
     pub(crate) fn width(&self) -> f64 {
         self.coordinate(self.bounds.1) - self.coordinate(self.bounds.0)
     }

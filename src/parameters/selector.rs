@@ -84,7 +84,7 @@ impl fmt::Display for Selector {
     }
 }
 
-/// One wish of the user, in the order given.
+/// One constraint on a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Setting {
     /// Keep at a value.
@@ -105,7 +105,7 @@ pub enum Setting {
     Set(f64),
 }
 
-/// All wishes of the user about parameters.
+/// All constraints on parameters, in the order given.
 pub type Settings = Vec<(Selector, Setting)>;
 
 /// How a channel is appended to a parameter's name.

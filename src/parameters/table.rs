@@ -1,11 +1,11 @@
 //! The parameters of an expression for given channels: values, bounds, and which of them the fit moves.
 
-use super::row::{ParameterValue, Row, Status};
+use super::row::{ParameterRow, ParameterValue, Status};
 use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
 use crate::error::Error;
-use crate::model::{Expression, Lobe, ParamSpec, Role, Scale, Sharing};
+use crate::model::{Expression, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing};
 
-/// Values within this ratio of each other are the same minimum.
+/// Values closer than this, as a ratio or as a share of the typical range, belong to the same minimum.
 const SAME_VALUE: f64 = 0.05;
 
 /// Every number of a model, and which of them are free.
@@ -15,8 +15,8 @@ pub struct ParameterTable {
     /// The model of each lobe, every choice spelled out.
     pub(super) kinds: Vec<String>,
     channels: Vec<String>,
-    pub(super) rows: Vec<Row>,
-    /// Per lobe and parameter: the row of each channel; one row alone for a shared parameter.
+    pub(super) rows: Vec<ParameterRow>,
+    /// The row of each channel, per lobe and parameter; one row alone for a shared parameter.
     pub(super) places: Vec<Vec<Vec<usize>>>,
     /// Rows of the free parameters, in order.
     free: Vec<usize>,
@@ -85,7 +85,7 @@ impl ParameterTable {
                     Sharing::Shared => vec![None],
                     Sharing::PerChannel => (0..channels.len()).map(Some).collect(),
                 };
-                table.rows.extend(per_row.into_iter().map(|channel| Row {
+                table.rows.extend(per_row.into_iter().map(|channel| ParameterRow {
                     lobe,
                     parameter,
                     spec: spec.clone(),
@@ -128,13 +128,12 @@ impl ParameterTable {
             }
         }
         for (index, target) in ties {
-            if let Some(row) = self.rows.get_mut(index) {
-                row.status = Status::Tied(target);
-            }
+            self.rows[index].status = Status::Tied(target);
         }
         Ok(())
     }
 
+    /// Does what one setting asks for.
     fn apply(
         &mut self,
         selector: &Selector,
@@ -152,7 +151,7 @@ impl ParameterTable {
             return self.tie(selector, other, &rows, &targets);
         }
         for index in rows {
-            let Some(row) = self.rows.get_mut(index) else { continue };
+            let row = &mut self.rows[index];
             match *setting {
                 Setting::Fix(value) => {
                     row.value = value;
@@ -171,6 +170,7 @@ impl ParameterTable {
         Ok(())
     }
 
+    /// Ties `rows`, which `selector` names, to `targets`, which `other` names.
     fn tie(
         &mut self,
         selector: &Selector,
@@ -179,9 +179,10 @@ impl ParameterTable {
         targets: &[usize],
     ) -> Result<(), Error> {
         for &index in rows {
-            let channel = self.rows.get(index).and_then(|row| row.channel);
+            let channel = self.rows[index].channel;
             let same_channel = |target: &&usize| {
-                self.rows.get(**target).is_some_and(|t| t.channel == channel || t.channel.is_none())
+                let of_target = self.rows[**target].channel;
+                of_target == channel || of_target.is_none()
             };
             // One value for all may be followed by every channel; otherwise channel follows channel.
             let target = match targets {
@@ -189,11 +190,7 @@ impl ParameterTable {
                 several => several.iter().find(same_channel).copied(),
             };
             match target {
-                Some(target) if target != index => {
-                    if let Some(row) = self.rows.get_mut(index) {
-                        row.status = Status::Tied(target);
-                    }
-                }
+                Some(target) if target != index => self.rows[index].status = Status::Tied(target),
                 _ => {
                     return Err(Error::Usage(format!(
                         "--tie {selector}={other}: expected two different parameters with the same channels"
@@ -208,7 +205,7 @@ impl ParameterTable {
     fn finish(&mut self) -> Result<(), Error> {
         for index in 0..self.rows.len() {
             let name = self.name(index);
-            let Some(row) = self.rows.get_mut(index) else { continue };
+            let row = &mut self.rows[index];
             let (lower, upper) = row.bounds;
             if lower.partial_cmp(&upper) != Some(std::cmp::Ordering::Less) {
                 return Err(Error::Usage(format!(
@@ -238,42 +235,40 @@ impl ParameterTable {
         for index in 0..self.rows.len() {
             let mut target = index;
             let mut steps = 0;
-            while let Some(Status::Tied(next)) = self.rows.get(target).map(|row| row.status) {
+            while let Status::Tied(next) = self.rows[target].status {
                 target = next;
                 steps += 1;
                 if steps > self.rows.len() {
                     return Err(Error::Usage(format!("--tie {}: ties form a circle", self.name(index))));
                 }
             }
-            if target != index
-                && let Some(row) = self.rows.get_mut(index)
-            {
-                row.status = Status::Tied(target);
+            if target != index {
+                self.rows[index].status = Status::Tied(target);
             }
         }
-        self.free = (0..self.rows.len())
-            .filter(|index| self.rows.get(*index).is_some_and(|row| row.status == Status::Free))
-            .collect();
+        self.list_free();
         self.follow();
         Ok(())
+    }
+
+    /// Lists the rows that are free.
+    fn list_free(&mut self) {
+        self.free = (0..self.rows.len()).filter(|index| self.rows[*index].status == Status::Free).collect();
     }
 
     /// Gives tied rows the value of what they are tied to.
     pub(super) fn follow(&mut self) {
         for index in 0..self.rows.len() {
-            let Some(Status::Tied(target)) = self.rows.get(index).map(|row| row.status) else { continue };
-            if let Some((value, initial)) = self.rows.get(target).map(|t| (t.value, t.initial))
-                && let Some(row) = self.rows.get_mut(index)
-            {
-                row.value = value;
-                row.initial = initial;
+            if let Status::Tied(target) = self.rows[index].status {
+                self.rows[index].value = self.rows[target].value;
+                self.rows[index].initial = self.rows[target].initial;
             }
         }
     }
 
     /// All rows, lobe by lobe, parameter by parameter, channel by channel.
     #[must_use]
-    pub fn rows(&self) -> &[Row] {
+    pub fn rows(&self) -> &[ParameterRow] {
         &self.rows
     }
 
@@ -284,8 +279,8 @@ impl ParameterTable {
     }
 
     /// The free rows, in order.
-    pub fn free_rows(&self) -> impl Iterator<Item = &Row> {
-        self.free.iter().filter_map(|index| self.rows.get(*index))
+    pub fn free_rows(&self) -> impl Iterator<Item = &ParameterRow> {
+        self.free.iter().map(|index| &self.rows[*index])
     }
 
     /// Names of the lobes.
@@ -303,12 +298,11 @@ impl ParameterTable {
     /// Full name of a row: `lobe.name`, `lobe.name.channel` or `lobe.name[700]`.
     #[must_use]
     pub fn name(&self, index: usize) -> String {
-        let Some(row) = self.rows.get(index) else { return String::new() };
-        let lobe = self.lobes.get(row.lobe).map_or("", String::as_str);
-        let base = format!("{lobe}.{}", row.spec.name);
-        match row.channel.and_then(|c| self.channels.get(c)) {
+        let row = &self.rows[index];
+        let base = self.parameter_name(row);
+        match row.channel {
             None => base,
-            Some(channel) => format!("{base}{}", channel_suffix(channel)),
+            Some(channel) => format!("{base}{}", channel_suffix(&self.channels[channel])),
         }
     }
 
@@ -326,8 +320,8 @@ impl ParameterTable {
 
     /// Lobe and parameter of a row, without the channel.
     #[must_use]
-    pub fn parameter_name(&self, row: &Row) -> String {
-        format!("{}.{}", self.lobes.get(row.lobe).map_or("", String::as_str), row.spec.name)
+    pub fn parameter_name(&self, row: &ParameterRow) -> String {
+        format!("{}.{}", self.lobes[row.lobe], row.spec.name)
     }
 
     /// Pairs of parameters whose product is determined better than either of them.
@@ -342,27 +336,34 @@ impl ParameterTable {
         self.rows.iter().any(|row| row.lobe == lobe && row.spec.sharper.is_some())
     }
 
+    /// Number of parameters of a lobe.
+    #[must_use]
+    pub fn parameters_of(&self, lobe: usize) -> usize {
+        self.places[lobe].len()
+    }
+
     /// The rows that a parameter of a lobe occupies, one or one per channel.
     #[must_use]
     pub fn places(&self, lobe: usize, parameter: usize) -> &[usize] {
-        self.places.get(lobe).and_then(|p| p.get(parameter)).map_or(&[], Vec::as_slice)
+        &self.places[lobe][parameter]
     }
 
     /// The row that a parameter of a lobe takes its value from in a channel.
     #[must_use]
-    pub fn place(&self, lobe: usize, parameter: usize, channel: usize) -> Option<usize> {
+    pub fn place(&self, lobe: usize, parameter: usize, channel: usize) -> usize {
+        assert!(channel < self.channels.len(), "channel {channel} of {}", self.channels.len());
         match self.places(lobe, parameter) {
-            [only] => Some(*only),
-            several => several.get(channel).copied(),
+            [only] => *only,
+            of_channels => of_channels[channel],
         }
     }
 
     /// The row that a row stands for: itself, or what it is tied to.
     #[must_use]
     pub fn source(&self, index: usize) -> usize {
-        match self.rows.get(index).map(|row| row.status) {
-            Some(Status::Tied(target)) => target,
-            _ => index,
+        match self.rows[index].status {
+            Status::Tied(target) => target,
+            Status::Free | Status::Fixed => index,
         }
     }
 
@@ -380,18 +381,18 @@ impl ParameterTable {
 
     /// Moves the free parameters to the given coordinates, and what is tied to them along.
     pub fn set_coordinates(&mut self, coordinates: &[f64]) {
-        for (index, coordinate) in self.free.clone().into_iter().zip(coordinates) {
-            if let Some(row) = self.rows.get_mut(index) {
-                let (lower, upper) = row.bounds;
-                // exp(ln(bound)) may miss the bound by an ulp.
-                row.value = if *coordinate <= row.coordinate(lower) {
-                    lower
-                } else if *coordinate >= row.coordinate(upper) {
-                    upper
-                } else {
-                    row.value_at(*coordinate).clamp(lower, upper)
-                };
-            }
+        assert_eq!(coordinates.len(), self.free.len(), "a coordinate per free parameter");
+        for (index, coordinate) in self.free.iter().zip(coordinates) {
+            let row = &mut self.rows[*index];
+            let (lower, upper) = row.bounds;
+            // exp(ln(bound)) may miss the bound by an ulp.
+            row.value = if *coordinate <= row.coordinate(lower) {
+                lower
+            } else if *coordinate >= row.coordinate(upper) {
+                upper
+            } else {
+                row.value_at(*coordinate).clamp(lower, upper)
+            };
         }
         self.follow();
     }
@@ -399,7 +400,8 @@ impl ParameterTable {
     /// The same table with values that are fitted by their square kept off 0, where derivatives vanish.
     #[must_use]
     pub(crate) fn off_zero(mut self) -> Self {
-        let of_square = |row: &&mut Row| row.spec.scale == Scale::Square && row.status == Status::Free;
+        let of_square =
+            |row: &&mut ParameterRow| row.spec.scale == Scale::Square && row.status == Status::Free;
         for row in self.rows.iter_mut().filter(of_square) {
             row.value = row.value.max(row.least_square());
         }
@@ -409,9 +411,8 @@ impl ParameterTable {
 
     /// Sets the value of one row, and of what is tied to it.
     pub fn set_value(&mut self, index: usize, value: f64) {
-        if let Some(row) = self.rows.get_mut(index) {
-            row.value = value.clamp(row.bounds.0, row.bounds.1);
-        }
+        let row = &mut self.rows[index];
+        row.value = value.clamp(row.bounds.0, row.bounds.1);
         self.follow();
     }
 
@@ -427,7 +428,7 @@ impl ParameterTable {
         for row in table.rows.iter_mut().filter(|row| row.spec.role == role && row.status == Status::Free) {
             row.status = Status::Fixed;
         }
-        table.free.retain(|index| table.rows.get(*index).is_some_and(|row| row.status == Status::Free));
+        table.list_free();
         table
     }
 
@@ -436,33 +437,31 @@ impl ParameterTable {
     pub fn with_freed(&self, indices: &[usize]) -> Self {
         let mut table = self.clone();
         for index in indices {
-            if let Some(row) = table.rows.get_mut(*index) {
-                row.status = Status::Free;
-            }
+            table.rows[*index].status = Status::Free;
         }
-        table.free = (0..table.rows.len())
-            .filter(|index| table.rows.get(*index).is_some_and(|row| row.status == Status::Free))
-            .collect();
+        table.list_free();
         table
     }
 
     /// Shapes and amplitudes of every lobe for one channel, in formula units.
     #[must_use]
-    pub fn formula_values(&self, channel: usize) -> Vec<(Vec<f64>, Vec<f64>)> {
+    pub fn formula_values(&self, channel: usize) -> Vec<LobeValues> {
         let of_role = |lobe: usize, role: Role| -> Vec<f64> {
-            let parameters = self.places.get(lobe).map_or(0, Vec::len);
-            (0..parameters)
-                .filter_map(|parameter| self.place(lobe, parameter, channel))
-                .filter_map(|index| self.rows.get(index))
+            (0..self.parameters_of(lobe))
+                .map(|parameter| &self.rows[self.place(lobe, parameter, channel)])
                 .filter(|row| row.spec.role == role)
                 .map(|row| row.value * row.spec.unit.factor(row.channel))
                 .collect()
         };
         (0..self.lobes.len())
-            .map(|lobe| (of_role(lobe, Role::Shape), of_role(lobe, Role::Amplitude)))
+            .map(|lobe| LobeValues {
+                shapes: of_role(lobe, Role::Shape),
+                amplitudes: of_role(lobe, Role::Amplitude),
+            })
             .collect()
     }
 
+    /// The rows that a selector names, at least one.
     fn matching(&self, selector: &Selector, specs: &[Vec<ParamSpec>]) -> Result<Vec<usize>, Error> {
         let (lobe, name, channel) = resolve(selector, &self.lobes, specs, &self.channels)?;
         let rows: Vec<usize> = self
@@ -496,13 +495,14 @@ fn products(expression: &Expression, specs: &[Vec<ParamSpec>]) -> Vec<Product> {
     products
 }
 
-/// Whether two sets of shapes are different minima.
+/// Whether two sets of shapes, each with its row, are different minima.
 pub(crate) fn shapes_differ(table: &ParameterTable, a: &[(usize, f64)], b: &[(usize, f64)]) -> bool {
-    a.iter().zip(b).any(|((row, x), (_, y))| table.rows().get(*row).is_some_and(|row| differ(row, *x, *y)))
+    assert_eq!(a.len(), b.len(), "the same shapes");
+    a.iter().zip(b).any(|((row, x), (_, y))| differ(&table.rows()[*row], *x, *y))
 }
 
 /// Whether two values of a shape belong to different minima.
-pub(crate) fn differ(row: &Row, x: f64, y: f64) -> bool {
+pub(crate) fn differ(row: &ParameterRow, x: f64, y: f64) -> bool {
     match row.spec.scale {
         Scale::Log => (x / y).ln().abs() > SAME_VALUE,
         Scale::Linear | Scale::Square => {

@@ -17,7 +17,7 @@ pub use text::{table, warnings};
 use crate::fit::{Errors, Fit, HeldOut, Metric, Resampled};
 use crate::measurement::Measurement;
 use crate::model::Expression;
-use crate::parameters::{ParameterTable, Product, Row, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Product, Status};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 use std::borrow::Cow;
@@ -533,7 +533,7 @@ impl Reports {
     }
 }
 
-fn parameter(fit: &Fit, index: usize, row: &Row, channels: &[String]) -> Parameter {
+fn parameter(fit: &Fit, index: usize, row: &ParameterRow, channels: &[String]) -> Parameter {
     let std_error = fit.covariance.as_ref().and_then(|c| c.std_error(index));
     Parameter {
         lobe: fit.table.lobes()[row.lobe].clone(),
@@ -572,8 +572,7 @@ fn derived(fit: &Fit) -> Vec<Derived> {
         let spec_name = |parameter: usize| table.rows()[table.places(*lobe, parameter)[0]].spec.name;
         let lobe_name = &table.lobes()[*lobe];
         for channel in 0..if shared { 1 } else { table.channels().len() } {
-            let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
-            let (Some(a), Some(b)) = rows else { continue };
+            let (a, b) = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
             derived.extend(estimate(fit, a, b).map(|product| Derived {
                 name: format!("{lobe_name}.{}*{}", spec_name(*first), spec_name(*second)),
                 channel: (!shared).then(|| table.channels()[channel].clone()),

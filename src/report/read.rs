@@ -167,6 +167,7 @@ fn recorded(fields: Fields, path: &Path) -> Result<Recorded, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::LobeValues;
     use serde_json::{Value, json};
 
     fn report() -> Value {
@@ -193,8 +194,10 @@ mod tests {
         let recorded = read_value(&report()).unwrap().remove(0);
         assert_eq!(recorded.expression.canonical(), "lambert + phong");
         let of = |channel| recorded.table.formula_values(channel);
-        assert_eq!(of(0), [(vec![], vec![0.5]), (vec![20.0], vec![0.125])]);
-        assert_eq!(of(1), [(vec![], vec![0.25]), (vec![20.0], vec![0.125])]);
+        let values =
+            |shapes: &[f64], amplitude| LobeValues { shapes: shapes.to_vec(), amplitudes: vec![amplitude] };
+        assert_eq!(of(0), [values(&[], 0.5), values(&[20.0], 0.125)]);
+        assert_eq!(of(1), [values(&[], 0.25), values(&[20.0], 0.125)]);
     }
 
     #[test]
@@ -208,7 +211,7 @@ mod tests {
         });
         let found = read_value(&several).unwrap();
         assert_eq!(found.len(), 2);
-        assert_eq!(found[0].table.formula_values(0)[0].1, [0.75]);
+        assert_eq!(found[0].table.formula_values(0)[0].amplitudes, [0.75]);
     }
 
     #[test]

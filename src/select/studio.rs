@@ -8,13 +8,13 @@ use crate::geometry::{Directions, Pair};
 use crate::image::{Differences, Image, differences, exposure};
 use crate::measurement::Measurement;
 use crate::measurement::interpolant::Interpolant;
-use crate::model::Expression;
+use crate::model::{Expression, LobeValues};
 use crate::scene::View;
 use crate::tradeoff::{counted, in_single_precision};
 use std::collections::BTreeMap;
 
-/// Shapes and amplitudes of every lobe, per channel, in formula units.
-pub(super) type Values = Vec<Vec<(Vec<f64>, Vec<f64>)>>;
+/// The values of every lobe's parameters, per channel.
+pub(super) type Values = Vec<Vec<LobeValues>>;
 
 /// What a model is evaluated in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

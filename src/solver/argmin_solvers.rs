@@ -132,22 +132,22 @@ pub fn minimise_with<P: LeastSquares>(
         return Ok(end((first, model), Termination::ConvergedGradient, 0, 1));
     }
     let swarm = kind == SolverKind::ParticleSwarm;
-    let seen = PlainCost {
+    let plain = PlainCost {
         problem,
         axes: bounds.iter().map(|b| Axis::new(*b, swarm)).collect(),
         scale: model.cost,
         record: RefCell::new(Record { last: None, best: (first.clone(), model), evaluations: 1 }),
     };
-    let observer = limits.observer.clone().map(|observer| Heard { observer, scale: seen.scale });
+    let observer = limits.observer.clone().map(|observer| ScaledObserver { observer, scale: plain.scale });
     let limits = Limits { iterations: kind.iterations(limits.iterations, n), ..limits };
     let (ended, iterations) = match kind {
-        SolverKind::NelderMead => seen.nelder_mead(&first, limits, observer),
-        SolverKind::ParticleSwarm => seen.particle_swarm(&first, limits, observer, seed),
-        SolverKind::LBfgs | SolverKind::LevenbergMarquardt => seen.l_bfgs(&first, limits, observer),
+        SolverKind::NelderMead => plain.nelder_mead(&first, limits, observer),
+        SolverKind::ParticleSwarm => plain.particle_swarm(&first, limits, observer, seed),
+        SolverKind::LBfgs | SolverKind::LevenbergMarquardt => plain.l_bfgs(&first, limits, observer),
     }
     .map_err(|error| Error::Optimiser(error.to_string()))?;
-    seen.try_bounds(&bounds);
-    let Record { best, evaluations, .. } = seen.record.into_inner();
+    plain.try_bounds(&bounds);
+    let Record { best, evaluations, .. } = plain.record.into_inner();
     let termination = match ended {
         Ended::With(termination) => termination,
         Ended::LineSearchFailed if best.1.largest_cosine(&best.0, &bounds) <= COSINE_TOLERANCE => {
@@ -256,12 +256,12 @@ impl<S: LineSearch<Point, f64>> LineSearch<Point, f64> for Capped<S> {
 }
 
 /// Tells an observer of each iteration, in the problem's own cost.
-struct Heard {
+struct ScaledObserver {
     observer: Observer,
     scale: f64,
 }
 
-impl<I: State<Float = f64>> Observe<I> for Heard {
+impl<I: State<Float = f64>> Observe<I> for ScaledObserver {
     fn observe_iter(&mut self, state: &I, _: &KV) -> Result<(), argmin::core::Error> {
         (self.observer)(state.get_iter(), state.get_cost() * self.scale);
         Ok(())
@@ -388,7 +388,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         &self,
         start: &DVector<f64>,
         limits: Limits,
-        observer: Option<Heard>,
+        observer: Option<ScaledObserver>,
     ) -> Result<(Ended, u64), argmin::core::Error> {
         let search: MoreThuenteLineSearch<Point, Point, f64> = MoreThuenteLineSearch::new();
         let search =
@@ -429,13 +429,13 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         &self,
         start: &DVector<f64>,
         limits: Limits,
-        observer: Option<Heard>,
+        observer: Option<ScaledObserver>,
     ) -> Result<(Ended, u64), argmin::core::Error> {
         let corner = self.start(start);
         let mut simplex = vec![corner.clone()];
         for j in 0..corner.len() {
             let mut other = corner.clone();
-            other.get_mut(j).into_iter().for_each(|u| *u += SIMPLEX_EDGE);
+            other[j] += SIMPLEX_EDGE;
             simplex.push(other);
         }
         let solver: NelderMead<Point, f64> = NelderMead::new(simplex).with_sd_tolerance(COST_TOLERANCE)?;
@@ -458,7 +458,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         &self,
         start: &DVector<f64>,
         limits: Limits,
-        observer: Option<Heard>,
+        observer: Option<ScaledObserver>,
         seed: u64,
     ) -> Result<(Ended, u64), argmin::core::Error> {
         // Where there is no bound the box reaches ten times as far as the start.

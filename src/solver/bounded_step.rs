@@ -18,13 +18,14 @@ struct BoundedModel<'m> {
     room: &'m [(f64, f64)],
 }
 
-/// Minimises |J p + r|^2 + lambda |D p|^2 for p within `room`.
+/// The p within `room` that minimises |J p + r|^2 + lambda |D p|^2, D being `scale`.
 pub(crate) fn bounded_step(
     model: &Linearisation,
     scale: &DVector<f64>,
     lambda: f64,
     room: &[(f64, f64)],
 ) -> DVector<f64> {
+    assert_eq!(room.len(), scale.len(), "number of parameters");
     let bounded = BoundedModel { model, scale, lambda, room };
     bounded.by_clamping().unwrap_or_else(|| bounded.by_descent())
 }
@@ -47,7 +48,7 @@ impl BoundedModel<'_> {
     }
 
     /// The minimum in a few solutions, however many parameters are held: all that would leave stop at their
-    /// bounds at once, and all that want back are let go at once. None if that goes round in circles.
+    /// bounds at once, and all that want back are let go at once. `None` if that goes round in circles.
     fn by_clamping(&self) -> Option<DVector<f64>> {
         /// Rounds of letting parameters go from their bounds; where it ends at all, it ends sooner.
         const ROUNDS: usize = 8;
@@ -99,26 +100,23 @@ impl BoundedModel<'_> {
             let mut blocking = None;
             for (j, ((d, p), &(low, high))) in direction.iter().zip(p.iter()).zip(self.room).enumerate() {
                 let reach = if *d > 0.0 { (high - p) / d } else { (low - p) / d };
-                if free.get(j) == Some(&true) && *d != 0.0 && reach < share {
+                if free[j] && *d != 0.0 && reach < share {
                     share = reach.max(0.0);
                     blocking = Some((j, if *d > 0.0 { high } else { low }));
                 }
             }
             p.axpy(share, &direction, 1.0);
             if let Some((j, bound)) = blocking {
-                p.get_mut(j).into_iter().for_each(|entry| *entry = bound);
-                free.get_mut(j).into_iter().for_each(|flag| *flag = false);
+                p[j] = bound;
+                free[j] = false;
                 continue;
             }
             let slope = self.slope_at(&p);
-            let pull = |j: usize| {
-                let unit = self.scale.get(j).copied().unwrap_or(1.0);
-                slope.get(j).map_or(0.0, |slope| slope.abs() / unit)
-            };
+            let pull = |j: usize| slope[j].abs() / self.scale[j];
             let wanted = self.free_at(&p);
-            let candidates = (0..n).filter(|j| free.get(*j) == Some(&false) && wanted.get(*j) == Some(&true));
+            let candidates = (0..n).filter(|j| !free[*j] && wanted[*j]);
             let Some(j) = candidates.max_by(|a, b| pull(*a).total_cmp(&pull(*b))) else { break };
-            free.get_mut(j).into_iter().for_each(|flag| *flag = true);
+            free[j] = true;
         }
         p
     }
@@ -149,29 +147,25 @@ fn damped_solution(
 ) -> DVector<f64> {
     let n = scale.len();
     let damping = lambda.max(LAMBDA_FLOOR).sqrt();
-    let unit = |j: &usize| scale.get(*j).copied().unwrap_or(1.0);
-    let is_free = |j: &usize| free.get(*j) == Some(&true);
     let mut held = p.clone();
     held.iter_mut().zip(free).filter(|(_, free)| **free).for_each(|(value, _)| *value = 0.0);
 
     let uses = model.uses(n);
-    let is_own = |j: &usize| uses.get(*j) == Some(&1);
     // Free parameters that no row knows stay where they are: damping alone acts on them.
-    let shared: Vec<usize> =
-        (0..n).filter(|j| is_free(j) && uses.get(*j).is_some_and(|count| *count > 1)).collect();
+    let shared: Vec<usize> = (0..n).filter(|j| free[*j] && uses[*j] > 1).collect();
 
     let mut eliminated: Vec<Eliminated> = Vec::with_capacity(model.blocks.len());
     let mut remainders: Vec<(DMatrix<f64>, Vec<usize>)> = Vec::with_capacity(model.blocks.len());
     for rows in &model.blocks {
         let pick = |own: bool| -> Vec<usize> {
-            rows.columns.iter().copied().filter(|j| is_free(j) && is_own(j) == own).collect()
+            rows.columns.iter().copied().filter(|j| free[*j] && (uses[*j] == 1) == own).collect()
         };
         let (own, others) = (pick(true), pick(false));
         let (height, width) = (rows.jacobian.nrows(), own.len());
         // Right-hand side and shared columns, with zeros beside the damping of the own parameters. Columns are
         // scaled: the solution does not depend on the parameters' units.
         let mut coupling = DMatrix::zeros(height + width, 1 + others.len());
-        let fixed = rows.columns.iter().map(|j| held.get(*j).copied().unwrap_or(0.0));
+        let fixed = rows.columns.iter().map(|j| held[*j]);
         let fixed = DVector::from_iterator(rows.columns.len(), fixed);
         coupling.view_mut((0, 0), (height, 1)).copy_from(&-(&rows.jacobian * fixed + &rows.residual));
         coupling.view_mut((0, 1), (height, others.len())).copy_from(&rows.scaled(&others, scale));
@@ -186,14 +180,15 @@ fn damped_solution(
     }
 
     // The rows left over, all in the shared parameters.
-    let position = |j: &usize| shared.binary_search(j).ok();
+    let mut position = vec![usize::MAX; n];
+    shared.iter().enumerate().for_each(|(k, j)| position[*j] = k);
     let height: usize = remainders.iter().map(|(rows, _)| rows.nrows()).sum();
     let mut stacked = DMatrix::zeros(height + shared.len(), shared.len());
     let mut right = DVector::zeros(height + shared.len());
     let mut first = 0;
     for (rows, others) in &remainders {
         right.rows_mut(first, rows.nrows()).copy_from(&rows.column(0));
-        for (column, k) in rows.column_iter().skip(1).zip(others.iter().filter_map(position)) {
+        for (column, k) in rows.column_iter().skip(1).zip(others.iter().map(|j| position[*j])) {
             stacked.view_mut((first, k), (rows.nrows(), 1)).copy_from(&column);
         }
         first += rows.nrows();
@@ -206,18 +201,18 @@ fn damped_solution(
     let common = solved.unwrap_or_else(|| failed(shared.len()));
 
     let mut solution = DVector::zeros(n);
-    let mut put = |j: &usize, value: f64| {
-        solution.get_mut(*j).into_iter().for_each(|entry| *entry = value / unit(j));
-    };
-    shared.iter().zip(common.iter()).for_each(|(j, value)| put(j, *value));
+    for (j, value) in shared.iter().zip(common.iter()) {
+        solution[*j] = value / scale[*j];
+    }
     for block in &eliminated {
         let mut right = block.coupling.column(0).into_owned();
-        for (column, k) in block.coupling.column_iter().skip(1).zip(block.shared.iter().filter_map(position))
-        {
-            right.axpy(-common.get(k).copied().unwrap_or(0.0), &column, 1.0);
+        for (column, j) in block.coupling.column_iter().skip(1).zip(&block.shared) {
+            right.axpy(-common[position[*j]], &column, 1.0);
         }
         let own = block.factor.solve_upper_triangular(&right).unwrap_or_else(|| failed(block.own.len()));
-        block.own.iter().zip(own.iter()).for_each(|(j, value)| put(j, *value));
+        for (j, value) in block.own.iter().zip(own.iter()) {
+            solution[*j] = value / scale[*j];
+        }
     }
     solution
 }

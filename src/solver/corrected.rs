@@ -14,8 +14,8 @@ pub(crate) struct Corrected<'p, P> {
     scale: DVector<f64>,
 }
 
-/// Rows that carry the correction are so much shorter than the columns: the square is what they falsify the
-/// curvature by.
+/// Length of the entries that carry the correction, relative to the column: they falsify its curvature by the square of
+/// this.
 const CORRECTION_SHARE: f64 = 1e-4;
 
 impl<'p, P: LeastSquares> Corrected<'p, P> {
@@ -34,24 +34,21 @@ impl<'p, P: LeastSquares> Corrected<'p, P> {
 
 impl<P: LeastSquares> LeastSquares for Corrected<'_, P> {
     fn linearise(&self, x: &DVector<f64>) -> Linearisation {
+        assert_eq!(x.len(), self.origin.len(), "number of parameters");
         let mut model = self.part.linearise(x);
         model.cost += 2.0 * self.slope.dot(&(x - &self.origin));
         // A row with the entry e and the residual s/e has the gradient s. It goes to a block that knows the
         // parameter already, so that blocks stay as independent as they were.
         let mut carried = vec![false; x.len()];
         for rows in &mut model.blocks {
-            for (local, column) in rows.columns.clone().into_iter().enumerate() {
-                let (Some(carried), Some(slope), Some(scale)) =
-                    (carried.get_mut(column), self.slope.get(column), self.scale.get(column))
-                else {
-                    continue;
-                };
-                let entry = CORRECTION_SHARE * scale;
-                if !std::mem::replace(carried, true) && entry > 0.0 {
+            for (local, column) in rows.columns.iter().copied().enumerate() {
+                let entry = CORRECTION_SHARE * self.scale[column];
+                if !std::mem::replace(&mut carried[column], true) && entry > 0.0 {
                     let last = rows.residual.len();
                     rows.jacobian = std::mem::take(&mut rows.jacobian).insert_row(last, 0.0);
-                    rows.residual = std::mem::take(&mut rows.residual).insert_row(last, slope / entry);
-                    rows.jacobian.get_mut((last, local)).into_iter().for_each(|place| *place = entry);
+                    rows.residual =
+                        std::mem::take(&mut rows.residual).insert_row(last, self.slope[column] / entry);
+                    rows.jacobian[(last, local)] = entry;
                 }
             }
         }

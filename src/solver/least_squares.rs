@@ -15,20 +15,19 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// The entries of a vector over all parameters that belong to these columns.
+    /// Takes from a vector over all parameters the entries that belong to these columns.
     fn gather(&self, p: &DVector<f64>) -> DVector<f64> {
-        DVector::from_iterator(
-            self.columns.len(),
-            self.columns.iter().map(|column| p.get(*column).copied().unwrap_or(0.0)),
-        )
+        DVector::from_iterator(self.columns.len(), self.columns.iter().map(|column| p[*column]))
     }
 
     /// The columns of the parameters `wanted`, each divided by its parameter's entry in `units`.
     pub(super) fn scaled(&self, wanted: &[usize], units: &DVector<f64>) -> DMatrix<f64> {
         let place = |j: &usize| self.columns.iter().position(|column| column == j);
-        let mut matrix = self.jacobian.select_columns(&wanted.iter().filter_map(place).collect::<Vec<_>>());
+        let places: Vec<usize> = wanted.iter().filter_map(place).collect();
+        assert_eq!(places.len(), wanted.len(), "each wanted parameter has a column in the block");
+        let mut matrix = self.jacobian.select_columns(&places);
         for (mut column, j) in matrix.column_iter_mut().zip(wanted) {
-            column /= units.get(*j).copied().unwrap_or(1.0);
+            column /= units[*j];
         }
         matrix
     }
@@ -36,7 +35,7 @@ impl Rows {
     /// Adds entries that belong to these columns to a vector over all parameters.
     fn scatter(&self, entries: &DVector<f64>, sum: &mut DVector<f64>) {
         for (column, entry) in self.columns.iter().zip(entries.iter()) {
-            sum.get_mut(*column).into_iter().for_each(|place| *place += entry);
+            sum[*column] += entry;
         }
     }
 }
@@ -75,9 +74,18 @@ impl Linearisation {
         self.cost.is_finite() && self.blocks.iter().all(finite)
     }
 
+    /// Panics unless each block has a column per parameter that it names, all of them among `n`, and a residual per row.
+    fn check(&self, n: usize) {
+        for Rows { columns, jacobian, residual } in &self.blocks {
+            assert_eq!(jacobian.shape(), (residual.len(), columns.len()), "shape of a block of the Jacobian");
+            assert!(columns.iter().all(|column| *column < n), "columns {columns:?} of {n} parameters");
+        }
+    }
+
     /// J^T (J p + r): half the slope of the model's sum of squares at step `p`.
     #[must_use]
     pub fn slope_at(&self, p: &DVector<f64>) -> DVector<f64> {
+        self.check(p.len());
         let mut slope = DVector::zeros(p.len());
         for rows in &self.blocks {
             let moved = &rows.jacobian * rows.gather(p) + &rows.residual;
@@ -89,6 +97,7 @@ impl Linearisation {
     /// By how much the model's sum of squares falls with step `p`.
     #[must_use]
     pub fn decrease(&self, p: &DVector<f64>) -> f64 {
+        self.check(p.len());
         let of_block = |rows: &Rows| {
             let effect = &rows.jacobian * rows.gather(p);
             -(2.0 * effect.dot(&rows.residual) + effect.norm_squared())
@@ -109,9 +118,10 @@ impl Linearisation {
 
     /// How many blocks know each of `n` parameters. What only one knows can be eliminated there.
     pub(super) fn uses(&self, n: usize) -> Vec<usize> {
+        self.check(n);
         let mut uses = vec![0_usize; n];
         for column in self.blocks.iter().flat_map(|rows| &rows.columns) {
-            uses.get_mut(*column).into_iter().for_each(|count| *count += 1);
+            uses[*column] += 1;
         }
         uses
     }
@@ -119,6 +129,7 @@ impl Linearisation {
     /// Length of the Jacobian's column of each of `n` parameters.
     #[must_use]
     pub fn column_lengths(&self, n: usize) -> DVector<f64> {
+        self.check(n);
         let mut squares = DVector::zeros(n);
         for rows in &self.blocks {
             let lengths = rows.jacobian.column_iter().map(|column| column.norm_squared());
@@ -130,7 +141,7 @@ impl Linearisation {
 
     /// The standard deviation of each of `n` parameters, none of them at a bound:
     /// sqrt(diag((J^T J)^-1) cost / dof), for independent residuals of equal variance. Correct at the minimum
-    /// only. None without degrees of freedom, or where the rows do not determine every parameter.
+    /// only. `None` without degrees of freedom, or where the rows do not determine every parameter.
     #[must_use]
     pub fn standard_deviations(&self, n: usize, dof: usize) -> Option<DVector<f64>> {
         let lengths = self.column_lengths(n);
@@ -155,6 +166,7 @@ impl Linearisation {
     /// All rows over all of `n` parameters.
     #[must_use]
     pub fn matrix(&self, n: usize) -> DMatrix<f64> {
+        self.check(n);
         let height = self.blocks.iter().map(|rows| rows.jacobian.nrows()).sum();
         let mut matrix = DMatrix::zeros(height, n);
         let mut first = 0;

@@ -31,17 +31,17 @@ pub struct LevenbergMarquardt {
     bounds: Vec<(f64, f64)>,
     /// Damping of the last step.
     lambda: f64,
-    /// Of the trust region; none before the first step.
+    /// Radius of the trust region; `None` before the first step.
     radius: Option<f64>,
     /// D: largest column norms so far.
     scale: DVector<f64>,
     /// Cost that is nothing but rounding.
     cost_floor: f64,
-    current: Option<(DVector<f64>, Linearisation)>,
+    current: Option<Point>,
     /// Why the search ended.
     termination: Option<Termination>,
     phase: Phase,
-    /// The last points that an undamped step was solved at, and that step.
+    /// The last points that an undamped step was solved at, each with that step.
     history: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
@@ -71,6 +71,56 @@ struct Refinement {
     open: bool,
 }
 
+/// Where the solver is, and the linear model there.
+type Point = (DVector<f64>, Linearisation);
+
+/// A step that the trust region allows.
+struct Proposal {
+    /// D.
+    scale: DVector<f64>,
+    /// Radius of the trust region, in units of D like all lengths.
+    radius: f64,
+    /// p.
+    step: DVector<f64>,
+    /// |D p|.
+    length: f64,
+    /// By how much the linear model says that the undamped step lowers the cost.
+    promise: f64,
+    /// The same of p.
+    predicted: f64,
+    /// Whether p changes no parameter noticeably.
+    is_small: bool,
+    /// Whether the undamped step would not lower the cost noticeably.
+    promises_little: bool,
+}
+
+/// The parabola c(t) = c(0) + slope t + curvature t^2 through what is known of the cost along a step p, whose end is at
+/// t = 1.
+#[derive(Clone, Copy)]
+struct AlongStep {
+    slope: f64,
+    curvature: f64,
+}
+
+impl AlongStep {
+    /// From the linear model at the beginning and the `gain` at the end.
+    fn new(model: &Linearisation, step: &DVector<f64>, gain: f64) -> Self {
+        let slope = 2.0 * model.slope_at(&DVector::zeros(step.len())).dot(step);
+        Self { slope, curvature: -gain - slope }
+    }
+
+    /// The t of the minimum after a step without gain; 0 if the cost is not finite at its end.
+    fn share_to_minimum(self) -> f64 {
+        if self.curvature.is_finite() { -self.slope / (2.0 * self.curvature) } else { 0.0 }
+    }
+
+    /// The t of the minimum after a step that gained, at most [`LARGEST_MULTIPLE`].
+    fn multiple_to_minimum(self) -> f64 {
+        let least_curvature = -self.slope / LARGEST_MULTIPLE;
+        (-self.slope / (2.0 * self.curvature).max(least_curvature)).min(LARGEST_MULTIPLE)
+    }
+}
+
 /// The state that argmin keeps for the solver.
 type LmState = IterState<DVector<f64>, (), (), (), (), f64>;
 
@@ -81,18 +131,19 @@ const EVALUATIONS: &str = "linearise_count";
 const RIM: f64 = 0.1;
 /// Trials of lambda for a step on the rim; five are rarely needed.
 const RIM_TRIALS: u32 = 30;
-/// Residuals so many times as long as the start's effect make the first step as long as themselves.
+/// Where the residuals are this many times as long as the start's effect, they decide how long the first step may be.
 const FAR: f64 = 1e6;
-/// A gain of less than this share of the promise shrinks the radius, of more than that lets it grow.
+/// A gain of less than this share of the predicted one shrinks the trust region.
 const POOR_GAIN: f64 = 0.25;
+/// A gain of more than this share of the predicted one lets the trust region grow.
 const GOOD_GAIN: f64 = 0.75;
-/// A step that gains so many times what the linear model promised is too short: the residuals' own
+/// A step that gains this many times what the linear model predicted is too short: the residuals' own
 /// curvature, which the model leaves out, cancels most of J^T J. Steps would go on creeping in the
 /// same direction, so the minimum along it is tried at once.
 const FAR_BETTER: f64 = 1.4;
-/// The furthest that such a step is stretched.
-const LONGEST_STRETCH: f64 = 100.0;
-/// So many past steps are kept to see where the sequence ends; more are rarely of use.
+/// The most times its length that such a step is tried at.
+const LARGEST_MULTIPLE: f64 = 100.0;
+/// Number of past steps that tell where the sequence ends; more are rarely of use.
 const MEMORY: usize = 3;
 /// Steps that shrink faster than this need no help.
 const FAST_SHRINKING: f64 = 0.1;
@@ -145,105 +196,147 @@ impl LevenbergMarquardt {
         self.bounds.iter().zip(x.iter()).map(|(&(lower, upper), x)| (lower - x, upper - x)).collect()
     }
 
-    /// Tries one step. Returns the next point, or why there is none.
+    /// Tries one step of the search from `x`. Returns the next point; `None` where the search stays, or ends.
     fn step(
         &mut self,
         x: &DVector<f64>,
         model: &Linearisation,
         mut evaluate: impl FnMut(&DVector<f64>) -> Result<Linearisation, argmin::core::Error>,
-    ) -> Result<Option<(DVector<f64>, Linearisation)>, argmin::core::Error> {
-        let scale = self.effective_scale();
-        let length = x.component_mul(&scale).norm();
-        // No parameter is known to be right to better than its own size at first. At the origin the residuals
-        // give the size, which are in the same unit.
-        // Where the data are out of all proportion to the start, growing from its size would take too long.
-        let residual = model.cost.sqrt();
-        let near = length > 0.0 && residual < FAR * length;
-        let radius = self.radius.unwrap_or(if near { length } else { residual });
-        let room = self.room(x);
-        let undamped = bounded_step(model, &scale, 0.0, &room);
-        let promise = model.decrease(&undamped);
-        let p = self.step_within(radius, undamped, model, &scale, &room);
-        let step_length = p.component_mul(&scale).norm();
-        if !step_length.is_finite() {
+    ) -> Result<Option<Point>, argmin::core::Error> {
+        // The minimum of the linear model within the bounds and the trust region.
+        let proposal = self.propose(x, model);
+        if !proposal.length.is_finite() {
             self.termination = Some(Termination::Stalled);
             return Ok(None);
         }
-        let predicted = model.decrease(&p);
-        let step_is_small = step_length <= self.tolerances.step * (length + self.tolerances.step);
-        let promise_is_small = promise <= (self.tolerances.cost * model.cost).max(self.cost_floor);
 
-        if self.lambda > 0.0 {
-            self.history.clear();
-        } else if let Some(q) = self.extrapolation(x, &p, &scale)
-            && !step_is_small
-            && !promise_is_small
-            && promise < LARGE_RESIDUAL_PROMISE * model.cost
-            && q.component_mul(&scale).norm() <= radius
-        {
-            let end = self.within_bounds(x + &q);
+        // Where undamped steps shrink slowly, the end of their sequence is tried first.
+        if let Some(end) = self.extrapolate(x, model, &proposal) {
             let reached = evaluate(&end)?;
-            if reached.is_finite() && model.cost - reached.cost >= GAIN_AT_THE_END * promise {
+            if reached.is_finite() && model.cost - reached.cost >= GAIN_AT_THE_END * proposal.promise {
                 return Ok(Some((end, reached)));
             }
         }
 
-        let trial = self.within_bounds(x + &p);
+        // The true cost at the end of the step, and whether the step ends the search, taken or not.
+        let trial = self.within_bounds(x + &proposal.step);
         let next = evaluate(&trial)?;
         let gain = model.cost - next.cost;
-        // A step that is short by itself, or the promise of an undamped one that is small, ends the search,
-        // taken or not; a step that is short because the trust region is says nothing.
-        self.termination = match (step_is_small, promise_is_small) {
-            (true, _) if self.lambda == 0.0 => Some(Termination::ConvergedStep),
-            (_, true) => Some(Termination::ConvergedCost),
-            (true, _) => Some(Termination::Stalled),
-            _ => None,
-        };
-        // c(t) = c(0) + slope t + curvature t^2 through what is known of the cost along p.
-        let slope = 2.0 * model.slope_at(&DVector::zeros(x.len())).dot(&p);
-        let curvature = -gain - slope;
+        let along = AlongStep::new(model, &proposal.step, gain);
+        self.termination = self.converged_by(&proposal);
+
         // Not `gain <= 0`: a cost that is NaN is no gain either.
         if !(next.is_finite() && gain > 0.0) {
-            if self.lambda == 0.0 && next.is_finite() && lost_in_rounding(-gain, model.cost) {
-                // Too close for the cost to tell: the next step's length tells whether this one was right.
-                let reason = self.termination;
-                self.termination = reason.or(Some(Termination::Stalled));
-                if let Some(refinement) = self.refinement(x, model)
-                    && let Some(taken) = self.settle(
-                        Refinement { open: reason.is_none(), ..refinement },
-                        trial,
-                        next,
-                        model.cost,
-                    )
-                {
-                    return Ok(Some(taken));
-                }
-                self.termination = reason;
-                if reason.is_some() {
-                    self.phase = Phase::Over;
-                }
-            }
-            let shortened = if curvature.is_finite() { -slope / (2.0 * curvature) } else { 0.0 };
-            self.radius = Some(shortened.clamp(0.1, 0.5) * step_length);
-            return Ok(None);
+            return Ok(self.refuse(x, model, &proposal, along, (trial, next)));
         }
-        let ratio = if predicted > 0.0 { gain / predicted } else { 1.0 };
-        self.radius = Some(if ratio < POOR_GAIN {
-            0.5 * step_length
-        } else if ratio > GOOD_GAIN {
-            radius.max(2.0 * step_length)
-        } else {
-            radius
-        });
+        let ratio = self.accept(&proposal, gain);
+
+        // A step that gains far more than promised is too short.
         if ratio > FAR_BETTER && self.termination.is_none() {
-            let stretch = (-slope / (2.0 * curvature).max(-slope / LONGEST_STRETCH)).min(LONGEST_STRETCH);
-            let far = self.within_bounds(x + &p * stretch);
+            let far = self.within_bounds(x + &proposal.step * along.multiple_to_minimum());
             let reached = evaluate(&far)?;
             if reached.is_finite() && reached.cost < next.cost {
                 return Ok(Some((far, reached)));
             }
         }
         Ok(Some((trial, next)))
+    }
+
+    /// The step to the minimum of the linear model within the bounds and the trust region, and what the model says of it.
+    fn propose(&mut self, x: &DVector<f64>, model: &Linearisation) -> Proposal {
+        let scale = self.effective_scale();
+        let size = x.component_mul(&scale).norm();
+        // No parameter is known to be right to better than its own size at first. At the origin the residuals
+        // give the size, which are in the same unit.
+        // Where the data are out of all proportion to the start, growing from its size would take too long.
+        let residual = model.cost.sqrt();
+        let near = size > 0.0 && residual < FAR * size;
+        let radius = self.radius.unwrap_or(if near { size } else { residual });
+
+        let room = self.room(x);
+        let undamped = bounded_step(model, &scale, 0.0, &room);
+        let promise = model.decrease(&undamped);
+        let step = self.step_within(radius, undamped, model, &scale, &room);
+
+        let length = step.component_mul(&scale).norm();
+        let is_small = length <= self.tolerances.step * (size + self.tolerances.step);
+        let promises_little = promise <= (self.tolerances.cost * model.cost).max(self.cost_floor);
+        let predicted = model.decrease(&step);
+        Proposal { scale, radius, step, length, promise, predicted, is_small, promises_little }
+    }
+
+    /// The point where the sequence of undamped steps would end, if it is worth trying.
+    fn extrapolate(
+        &mut self,
+        x: &DVector<f64>,
+        model: &Linearisation,
+        proposal: &Proposal,
+    ) -> Option<DVector<f64>> {
+        if self.lambda > 0.0 {
+            self.history.clear();
+            return None;
+        }
+        let step = self.extrapolation(x, &proposal.step, &proposal.scale)?;
+        let worth_trying = !proposal.is_small
+            && !proposal.promises_little
+            && proposal.promise < LARGE_RESIDUAL_PROMISE * model.cost
+            && step.component_mul(&proposal.scale).norm() <= proposal.radius;
+        worth_trying.then(|| self.within_bounds(x + step))
+    }
+
+    /// Why a step ends the search, taken or not; `None` if it does not.
+    ///
+    /// A step that is short by itself, or the promise of an undamped one that is small, ends it; a step that is short
+    /// because the trust region is says nothing.
+    fn converged_by(&self, proposal: &Proposal) -> Option<Termination> {
+        match (proposal.is_small, proposal.promises_little) {
+            (true, _) if self.lambda == 0.0 => Some(Termination::ConvergedStep),
+            (_, true) => Some(Termination::ConvergedCost),
+            (true, _) => Some(Termination::Stalled),
+            _ => None,
+        }
+    }
+
+    /// Shrinks the trust region after a step without gain. Returns `trial`, where the step led, if it is to be kept
+    /// nevertheless: too close to the minimum the cost cannot tell.
+    fn refuse(
+        &mut self,
+        x: &DVector<f64>,
+        model: &Linearisation,
+        proposal: &Proposal,
+        along: AlongStep,
+        (trial, next): Point,
+    ) -> Option<Point> {
+        if self.lambda == 0.0 && next.is_finite() && lost_in_rounding(next.cost - model.cost, model.cost) {
+            // The next step's length tells whether this one was right.
+            let reason = self.termination;
+            self.termination = reason.or(Some(Termination::Stalled));
+            if let Some(refinement) = self.refinement(x, model) {
+                let refinement = Refinement { open: reason.is_none(), ..refinement };
+                if let Some(taken) = self.settle(refinement, trial, next, model.cost) {
+                    return Some(taken);
+                }
+            }
+            self.termination = reason;
+            if reason.is_some() {
+                self.phase = Phase::Over;
+            }
+        }
+        self.radius = Some(along.share_to_minimum().clamp(0.1, 0.5) * proposal.length);
+        None
+    }
+
+    /// Adapts the trust region to a step with a `gain`. Returns the gain in units of the predicted one.
+    fn accept(&mut self, proposal: &Proposal, gain: f64) -> f64 {
+        let ratio = if proposal.predicted > 0.0 { gain / proposal.predicted } else { 1.0 };
+        self.radius = Some(if ratio < POOR_GAIN {
+            0.5 * proposal.length
+        } else if ratio > GOOD_GAIN {
+            proposal.radius.max(2.0 * proposal.length)
+        } else {
+            proposal.radius
+        });
+        ratio
     }
 
     /// Remembers the undamped `step` at `x`. Returns the step to where the sequence of such steps would end,
@@ -328,8 +421,8 @@ impl LevenbergMarquardt {
         p
     }
 
-    /// The undamped steps that may follow the search when it ends at `x`; none if they are not wanted, or if
-    /// there is nothing to gain.
+    /// The undamped steps that may follow the search when it ends at `x`; `None` if they are not wanted, or if there is
+    /// nothing to gain.
     fn refinement(&mut self, x: &DVector<f64>, model: &Linearisation) -> Option<Refinement> {
         if self.tolerances.refinements == 0 || model.cost <= self.cost_floor {
             return None;
@@ -350,6 +443,38 @@ impl LevenbergMarquardt {
         })
     }
 
+    /// Takes one undamped step from `x`, first to where their sequence would end. Returns the next point; `None` where that
+    /// is no improvement. Sets what comes next.
+    fn refine(
+        &mut self,
+        mut refinement: Refinement,
+        x: &DVector<f64>,
+        model: &Linearisation,
+        mut evaluate: impl FnMut(&DVector<f64>) -> Result<Linearisation, argmin::core::Error>,
+    ) -> Result<Option<Point>, argmin::core::Error> {
+        let far = refinement.far.take();
+        let trial = self.within_bounds(x + far.as_ref().unwrap_or(&refinement.step));
+        let next = evaluate(&trial)?;
+        let (open, length) = (refinement.open, refinement.length);
+        // If the end of the sequence was no improvement the plain step may be.
+        let plain = far.filter(|_| open || refinement.left > 1).map(|_| refinement.clone());
+        let taken = self.settle(refinement, trial, next, model.cost);
+        match (&taken, plain) {
+            (None, Some(plain)) => {
+                let left = if open { plain.left } else { plain.left.saturating_sub(1) };
+                self.phase = Phase::Refinement(Refinement { left, ..plain });
+            }
+            // Nothing has been found out yet: back to steps that the cost decides about.
+            (None, None) if open => {
+                self.phase = Phase::Search;
+                self.termination = None;
+                self.radius = Some(0.5 * length);
+            }
+            _ => {}
+        }
+        Ok(taken)
+    }
+
     /// Keeps the `trial` that an undamped step has led to from a point of this `cost`, and whose linear model
     /// is `next`, if the step after it is shorter; prepares that one.
     fn settle(
@@ -358,7 +483,7 @@ impl LevenbergMarquardt {
         trial: DVector<f64>,
         next: Linearisation,
         cost: f64,
-    ) -> Option<(DVector<f64>, Linearisation)> {
+    ) -> Option<Point> {
         // The cost may change by its rounding, not more: a shorter step elsewhere is no improvement.
         if !(next.is_finite() && lost_in_rounding(next.cost - cost, cost)) {
             return None;
@@ -380,6 +505,31 @@ impl LevenbergMarquardt {
             Phase::Refinement(Refinement { scale, step, far, length: shorter, left, open })
         };
         Some((trial, next))
+    }
+
+    /// Whether the cost is nothing but rounding, or the residuals are orthogonal to the effect of every parameter that may
+    /// move.
+    fn is_flat(&self) -> bool {
+        self.current.as_ref().is_some_and(|(x, model)| {
+            model.cost <= self.cost_floor || model.largest_cosine(x, &self.bounds) <= self.tolerances.gradient
+        })
+    }
+
+    /// What the next iteration does, `limited` if a limit has been reached.
+    fn next_phase(&mut self, limited: bool) -> Phase {
+        let at_rest =
+            self.termination.is_some_and(|reason| reason.converged() || reason == Termination::Stalled);
+        let current = self.current.take();
+        let next = match (std::mem::replace(&mut self.phase, Phase::Over), &current) {
+            (Phase::Search, _) if self.termination.is_none() => Phase::Search,
+            (Phase::Search, Some((x, model))) if at_rest && !limited => {
+                self.refinement(x, model).map_or(Phase::Over, Phase::Refinement)
+            }
+            (Phase::Refinement(refinement), _) if !limited => Phase::Refinement(refinement),
+            _ => Phase::Over,
+        };
+        self.current = current;
+        next
     }
 }
 
@@ -423,28 +573,7 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         let Some((x, model)) = self.current.take() else { return Ok((state, None)) };
         let mut evaluate = |trial: &DVector<f64>| problem.problem(EVALUATIONS, |p| Ok(p.linearise(trial)));
         let next = match std::mem::replace(&mut self.phase, Phase::Over) {
-            Phase::Refinement(mut refinement) => {
-                let far = refinement.far.take();
-                let trial = self.within_bounds(&x + far.as_ref().unwrap_or(&refinement.step));
-                let next = evaluate(&trial)?;
-                let (open, length) = (refinement.open, refinement.length);
-                let plain = far.filter(|_| open || refinement.left > 1).map(|_| refinement.clone());
-                let taken = self.settle(refinement, trial, next, model.cost);
-                match (&taken, plain) {
-                    (None, Some(plain)) => {
-                        let left = if open { plain.left } else { plain.left.saturating_sub(1) };
-                        self.phase = Phase::Refinement(Refinement { left, ..plain });
-                    }
-                    // Nothing has been found out yet: back to steps that the cost decides about.
-                    (None, None) if open => {
-                        self.phase = Phase::Search;
-                        self.termination = None;
-                        self.radius = Some(0.5 * length);
-                    }
-                    _ => {}
-                }
-                taken
-            }
+            Phase::Refinement(refinement) => self.refine(refinement, &x, &model, &mut evaluate)?,
             Phase::Search | Phase::Over => {
                 self.phase = Phase::Search;
                 self.step(&x, &model, &mut evaluate)?
@@ -463,30 +592,18 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
     }
 
     fn terminate(&mut self, state: &LmState) -> TerminationStatus {
-        let previous = std::mem::replace(&mut self.phase, Phase::Over);
-        let ended = self.limits.reason(state.get_iter());
+        // A search without a reason of its own to end does so where the cost is flat, or at a limit.
+        let limit = self.limits.reason(state.get_iter());
         if self.termination.is_none() {
-            let flat = self.current.as_ref().is_some_and(|(x, model)| {
-                model.cost <= self.cost_floor
-                    || model.largest_cosine(x, &self.bounds) <= self.tolerances.gradient
-            });
-            self.termination = if flat { Some(Termination::ConvergedGradient) } else { ended };
+            self.termination = if self.is_flat() { Some(Termination::ConvergedGradient) } else { limit };
         }
-        let at_rest =
-            self.termination.is_some_and(|reason| reason.converged() || reason == Termination::Stalled);
-        let current = self.current.take();
-        self.phase = match (previous, &current) {
-            (Phase::Search, _) if self.termination.is_none() => Phase::Search,
-            (Phase::Search, Some((x, model))) if at_rest && ended.is_none() => {
-                self.refinement(x, model).map_or(Phase::Over, Phase::Refinement)
-            }
-            (Phase::Refinement(refinement), _) if ended.is_none() => Phase::Refinement(refinement),
-            _ => Phase::Over,
-        };
-        self.current = current;
+
+        // Undamped steps may follow the end of a search, if no limit forbids them.
+        self.phase = self.next_phase(limit.is_some());
         if let Phase::Refinement(_) = self.phase {
             return TerminationStatus::NotTerminated;
         }
+
         // Where columns are nearly alike the model promises what rounding does not let it keep. Columns of their
         // own would promise the square of the cosine; below the tolerance of that, this is the minimum.
         if self.termination == Some(Termination::Stalled)

@@ -4,6 +4,10 @@
 //! [`minimise`] goes down from there by Levenberg and Marquardt's method. Rows of the Jacobian come in blocks, and what
 //! only one block knows is eliminated there, so that problems with many channels stay cheap.
 
+// Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
+// number.
+#![allow(clippy::indexing_slicing)]
+
 mod argmin_solvers;
 pub(crate) mod bounded_step;
 pub(crate) mod corrected;

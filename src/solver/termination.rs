@@ -59,10 +59,10 @@ pub struct Tolerances {
     pub cost: f64,
     /// Cosine between the residuals and each column of the Jacobian.
     pub gradient: f64,
-    /// Most undamped steps after the search has ended, taken while each is shorter than the last, until one
+    /// The most undamped steps after the search has ended, taken while each is shorter than the last, until one
     /// is as short as `step`; each evaluates the problem once. They win the digits that the cost cannot
     /// tell. They do not change why the search ended, except that one that stalled may turn out to have
-    /// converged. 0 for none.
+    /// converged.
     pub refinements: u32,
 }
 
@@ -78,27 +78,27 @@ pub type StopSignal = Arc<AtomicBool>;
 /// Called with the number of the iteration and its cost.
 pub type Observer = Arc<dyn Fn(u64, f64) + Send + Sync>;
 
-/// What ends a fit before it has converged, and who hears of its iterations.
+/// What ends a minimisation before it has converged, and what is called on the way.
 #[derive(Clone)]
 pub struct Limits {
-    /// Most iterations.
+    /// The most iterations.
     pub iterations: u64,
     /// Set to true to stop.
     pub stop: Option<StopSignal>,
     /// The moment to stop at.
     pub deadline: Option<Instant>,
-    /// Hears of each iteration.
+    /// Called after each iteration.
     pub observer: Option<Observer>,
 }
 
 impl Limits {
-    /// Only a number of iterations.
+    /// Limits the number of iterations alone.
     #[must_use]
     pub fn iterations(iterations: u64) -> Self {
         Self { iterations, stop: None, deadline: None, observer: None }
     }
 
-    /// Why to end after so many iterations, if there is a reason.
+    /// Why to end after `iterations` iterations; `None` to go on.
     pub(crate) fn reason(&self, iterations: u64) -> Option<Termination> {
         if self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             Some(Termination::Interrupted)

@@ -28,13 +28,12 @@ impl Triangle {
     /// Appends rows given column by column; the columns are used as working space.
     #[inline(always)]
     pub(crate) fn append<C: AsRef<[f64]> + AsMut<[f64]>>(&mut self, columns: &mut [C]) {
-        debug_assert_eq!(columns.len(), self.columns);
+        assert_eq!(columns.len(), self.columns, "columns of the rows to append");
         for (k, row) in self.rows.iter_mut().enumerate() {
-            let Some((current, later)) = columns.get_mut(k..).and_then(<[_]>::split_first_mut) else {
-                return;
-            };
-            let current = current.as_ref();
-            let Some((diagonal, rest)) = row.split_first_mut() else { return };
+            let (current, later) = columns[k..].split_at_mut(1);
+            let current = current[0].as_ref();
+            let (diagonal, rest) = row.split_at_mut(1);
+            let diagonal = &mut diagonal[0];
             let below = dot(current, current);
             if below == 0.0 {
                 continue;
@@ -57,30 +56,26 @@ impl Triangle {
         }
     }
 
-    /// The factor of a Jacobian, whose parameters `columns` names, and of the residuals behind them.
+    /// The entry in a row and a column, which is 0 below the diagonal.
+    fn entry(&self, row: usize, column: usize) -> f64 {
+        if column < row { 0.0 } else { self.rows[row][column - row] }
+    }
+
+    /// The factor of a Jacobian, whose parameters `columns` names, and of the residuals in a last column.
     pub(crate) fn as_rows(&self, columns: &[usize]) -> Rows {
         let n = columns.len();
-        let entry = |row: usize, column: usize| {
-            let offset = column.checked_sub(row);
-            self.rows.get(row).zip(offset).and_then(|(e, o)| e.get(o)).copied().unwrap_or(0.0)
-        };
+        assert_eq!(self.columns, n + 1, "columns of the Jacobian and one of residuals");
         Rows {
             columns: columns.to_vec(),
-            jacobian: DMatrix::from_fn(n, n, entry),
-            residual: DVector::from_fn(n, |row, _| entry(row, n)),
+            jacobian: DMatrix::from_fn(n, n, |row, column| self.entry(row, column)),
+            residual: DVector::from_fn(n, |row, _| self.entry(row, n)),
         }
     }
 
     /// Appends the rows of another factor.
     pub(crate) fn merge(&mut self, other: &Self) {
-        let mut columns: Vec<Vec<f64>> = (0..self.columns)
-            .map(|j| {
-                let entry = |(k, row): (usize, &Vec<f64>)| {
-                    j.checked_sub(k).and_then(|offset| row.get(offset)).copied().unwrap_or(0.0)
-                };
-                other.rows.iter().enumerate().map(entry).collect()
-            })
-            .collect();
+        let of_column = |column| (0..other.columns).map(|row| other.entry(row, column)).collect();
+        let mut columns: Vec<Vec<f64>> = (0..other.columns).map(of_column).collect();
         self.append(&mut columns);
     }
 }
@@ -89,8 +84,10 @@ impl Triangle {
 /// summation is fixed.
 #[inline(always)]
 pub(crate) fn dot(a: &(impl AsRef<[f64]> + ?Sized), b: &(impl AsRef<[f64]> + ?Sized)) -> f64 {
-    let (a_chunks, a_rest) = a.as_ref().as_chunks::<16>();
-    let (b_chunks, b_rest) = b.as_ref().as_chunks::<16>();
+    let (a, b) = (a.as_ref(), b.as_ref());
+    assert_eq!(a.len(), b.len(), "lengths of two vectors");
+    let (a_chunks, a_rest) = a.as_chunks::<16>();
+    let (b_chunks, b_rest) = b.as_chunks::<16>();
     let mut strands = [0.0; 16];
     for (x, y) in a_chunks.iter().zip(b_chunks) {
         for ((strand, x), y) in strands.iter_mut().zip(x).zip(y) {

@@ -2,14 +2,14 @@
 
 use crate::geometry::{BLOCK, Block, Directions, Geometry, Pair};
 use crate::math::{Counted, Operations, Real, count, counting};
-use crate::model::{BasisBlock, Derivatives, Expression, ModelEntry, Role};
+use crate::model::{BasisBlock, Derivatives, Expression, LobeValues, ModelEntry, Role};
 use crate::synthetic::scattered_directions;
 use serde::Serialize;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 /// Shapes and amplitudes of every lobe.
-type Values<T> = Vec<(Vec<T>, Vec<T>)>;
+type Values<T> = Vec<LobeValues<T>>;
 
 /// The median of repeated timings, and the quartiles.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -69,7 +69,7 @@ const MORE_PAIRS: usize = 40_000;
 const LONG: u64 = 20_000;
 
 /// Counts and times evaluations with the parameters of one channel at `pairs`.
-pub(super) fn cost(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: &[Pair]) -> Cost {
+pub(super) fn cost(expression: &Expression, values: &[LobeValues], pairs: &[Pair]) -> Cost {
     assert!(!pairs.is_empty(), "a cost is measured at pairs of directions");
     let (operations, once) = counted(expression, values, pairs);
     let evaluations = if once.weighted() > LONG { MORE_PAIRS } else { PAIRS };
@@ -128,7 +128,7 @@ pub fn basis_cost(entry: &ModelEntry) -> BasisCost {
 /// The operations of one evaluation, and those done once for the parameters.
 pub(crate) fn counted(
     expression: &Expression,
-    values: &[(Vec<f64>, Vec<f64>)],
+    values: &[LobeValues],
     pairs: &[Pair],
 ) -> (Operations, Operations) {
     let values = converted::<Counted>(values);
@@ -145,7 +145,7 @@ pub(crate) fn counted(
 /// The values of a model in single precision, of parameters and directions rounded to it.
 pub(crate) fn in_single_precision(
     expression: &Expression,
-    values: &[(Vec<f64>, Vec<f64>)],
+    values: &[LobeValues],
     pairs: &[Pair],
 ) -> Vec<f64> {
     let found = expression.values_in(&geometries::<f32>(pairs), &converted::<f32>(values));
@@ -157,12 +157,15 @@ fn geometries<R: Real>(pairs: &[Pair]) -> Vec<Geometry<R>> {
     pairs.iter().map(of).map(|[wi, wo]| Geometry::new(wi, wo)).collect()
 }
 
-fn converted<R: Real>(values: &[(Vec<f64>, Vec<f64>)]) -> Values<R> {
+fn converted<R: Real>(values: &[LobeValues]) -> Values<R> {
     let each = |values: &[f64]| values.iter().map(|value| R::literal(*value)).collect();
-    values.iter().map(|(shapes, amplitudes)| (each(shapes), each(amplitudes))).collect()
+    values
+        .iter()
+        .map(|of| LobeValues { shapes: each(&of.shapes), amplitudes: each(&of.amplitudes) })
+        .collect()
 }
 
-fn scalar<R: Real>(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: &[Pair]) -> Spread {
+fn scalar<R: Real>(expression: &Expression, values: &[LobeValues], pairs: &[Pair]) -> Spread {
     let (geometries, values) = (geometries::<R>(pairs), converted::<R>(values));
     let one = &geometries[..1];
     per_evaluation(
@@ -172,7 +175,7 @@ fn scalar<R: Real>(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pai
     )
 }
 
-fn blocks(expression: &Expression, values: &[(Vec<f64>, Vec<f64>)], pairs: Vec<Pair>) -> Spread {
+fn blocks(expression: &Expression, values: &[LobeValues], pairs: Vec<Pair>) -> Spread {
     let parameters = [values.to_vec()];
     let few = Directions::Scattered(pairs.iter().copied().take(1).collect());
     let evaluations = pairs.len();

@@ -4,7 +4,7 @@
 //! and each df/d coordinate are sums of those rows, each times a factor that this module finds once per set of parameters.
 
 use crate::geometry::Block;
-use crate::model::{BasisBlock, Derivatives, Expression, LobeCoefficients, Role};
+use crate::model::{BasisBlock, Derivatives, Expression, LobeCoefficients, LobeValues, Role};
 use crate::parameters::ParameterTable;
 use std::sync::{Mutex, PoisonError};
 
@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Clone, Copy, Debug)]
 pub(in crate::fit) struct Term {
     pub(super) lobe: usize,
-    /// The shape that the basis is differentiated by; none for its value.
+    /// The shape that the basis is differentiated by; `None` for its value.
     pub(super) shape: Option<usize>,
     /// Which basis function.
     pub(super) function: usize,
@@ -44,10 +44,9 @@ impl Layout {
         let mut layout = Self::default();
         for lobe in 0..table.lobes().len() {
             let mut counts = [0; 2];
-            for parameter in 0.. {
-                let Some(index) = table.place(lobe, parameter, channel) else { break };
-                let Some(row) = table.rows().get(index) else { break };
-                let role = row.spec.role;
+            for parameter in 0..table.parameters_of(lobe) {
+                let index = table.place(lobe, parameter, channel);
+                let role = table.rows()[index].spec.role;
                 let [shapes, amplitudes] = &mut counts;
                 let counter = if role == Role::Shape { shapes } else { amplitudes };
                 let position = *counter;
@@ -79,27 +78,22 @@ pub(super) struct Sums {
 impl Sums {
     fn new(layout: &Layout, table: &ParameterTable, coefficients: &[LobeCoefficients]) -> Self {
         let mut columns = vec![Vec::new(); layout.columns.len()];
-        for slot in &layout.slots {
-            let (Some(column), Some(of_lobe)) = (columns.get_mut(slot.column), coefficients.get(slot.lobe))
-            else {
-                continue;
-            };
+        for Slot { lobe, role, index, column, row } in layout.slots.iter().copied() {
+            let of_lobe = &coefficients[lobe];
             // d formula value/d coordinate
-            let stretch = table.rows().get(slot.row);
-            let stretch = stretch.map_or(0.0, |row| row.stretch() * row.spec.unit.factor(row.channel));
+            let row = &table.rows()[row];
+            let slope = row.slope() * row.spec.unit.factor(row.channel);
             // df/dshape = sum_k a_k dB_k/dshape; df/damplitude = sum_k da_k/damplitude B_k
-            let (shape, factors) = match slot.role {
-                Role::Shape => (Some(slot.index), Some(&of_lobe.values)),
-                Role::Amplitude => (None, of_lobe.partials.get(slot.index)),
+            let (shape, factors) = match role {
+                Role::Shape => (Some(index), &of_lobe.values),
+                Role::Amplitude => (None, &of_lobe.partials[index]),
             };
-            let factors = factors.map_or(&[][..], Vec::as_slice).iter().enumerate();
-            let terms = factors.filter(|(_, factor)| **factor != 0.0);
-            let lobe = slot.lobe;
-            column.extend(terms.map(|(function, factor)| Term {
+            let terms = factors.iter().enumerate().filter(|(_, factor)| **factor != 0.0);
+            columns[column].extend(terms.map(|(function, factor)| Term {
                 lobe,
                 shape,
                 function,
-                factor: factor * stretch,
+                factor: factor * slope,
             }));
         }
         Self { reflectance: reflectance(coefficients), columns }
@@ -127,8 +121,8 @@ pub(in crate::fit) fn reflectance(coefficients: &[LobeCoefficients]) -> Vec<Term
 /// An expression at one set of parameters.
 pub(super) struct Formula<'a> {
     expression: &'a Expression,
-    /// Per channel, per lobe: shapes and amplitudes in formula units.
-    values: Vec<Vec<(Vec<f64>, Vec<f64>)>>,
+    /// The values of the parameters, per channel and lobe.
+    values: Vec<Vec<LobeValues>>,
     /// Per lobe: which of its shapes are free in any channel.
     free_shapes: Vec<Vec<bool>>,
     /// Per lobe, prepared for the shapes of all channels.
@@ -148,15 +142,12 @@ impl<'a> Formula<'a> {
     ) -> Self {
         let lobes = expression.lobes();
         let values: Vec<_> = (0..layouts.len()).map(|channel| table.formula_values(channel)).collect();
-        let shapes_of = |lobe: usize| {
-            values.first().and_then(|lobes| lobes.get(lobe)).map_or(0, |(shapes, _)| shapes.len())
-        };
+        let shapes_of = |lobe: usize| values.first().map_or(0, |of_lobes| of_lobes[lobe].shapes.len());
         let mut free_shapes: Vec<Vec<bool>> =
             (0..lobes.len()).map(|lobe| vec![false; shapes_of(lobe)]).collect();
         for slot in layouts.iter().flat_map(|layout| &layout.slots) {
             if slot.role == Role::Shape {
-                let mark = free_shapes.get_mut(slot.lobe).and_then(|marks| marks.get_mut(slot.index));
-                mark.into_iter().for_each(|mark| *mark = true);
+                free_shapes[slot.lobe][slot.index] = true;
             }
         }
         let bases = {
@@ -165,9 +156,11 @@ impl<'a> Formula<'a> {
             bases.clone()
         };
         let sums = layouts.iter().zip(&values).map(|(layout, values)| {
-            let amplitudes = values.iter().zip(lobes);
-            let coefficients: Vec<LobeCoefficients> =
-                amplitudes.map(|((_, a), lobe)| lobe.model.coefficients(a)).collect();
+            let coefficients: Vec<LobeCoefficients> = values
+                .iter()
+                .zip(lobes)
+                .map(|(values, lobe)| lobe.model.coefficients(&values.amplitudes))
+                .collect();
             Sums::new(layout, table, &coefficients)
         });
         let sums = sums.collect();
@@ -179,25 +172,22 @@ impl<'a> Formula<'a> {
         self.bases.clone()
     }
 
-    /// Per channel.
+    /// What adds up to the reflectance and its derivatives, per channel.
     pub(super) fn sums(&self) -> &[Sums] {
         &self.sums
     }
 
     /// Evaluates the basis of every lobe for a channel; what has the same shapes as in the channel before stays.
     pub(super) fn evaluate(&self, channel: usize, block: &Block, bases: &mut [BasisBlock]) {
-        let Some(values) = self.values.get(channel) else { return };
-        let lobes = self.expression.lobes().iter().zip(values).zip(bases);
-        for (index, ((lobe, (shapes, _)), basis)) in lobes.enumerate() {
-            lobe.model.evaluate(block, shapes, derivatives(&self.free_shapes, index), basis);
+        let lobes = self.expression.lobes().iter().zip(&self.values[channel]).zip(bases);
+        for (index, ((lobe, values), basis)) in lobes.enumerate() {
+            lobe.model.evaluate(block, &values.shapes, derivatives(&self.free_shapes, index), basis);
         }
     }
 }
 
-/// The derivatives that a fit wants of a lobe.
+/// The derivatives that a fit needs of a lobe.
 fn derivatives(free_shapes: &[Vec<bool>], lobe: usize) -> Derivatives<'_> {
-    match free_shapes.get(lobe) {
-        Some(marks) if marks.contains(&true) => Derivatives::Of(marks),
-        _ => Derivatives::None,
-    }
+    let marks = &free_shapes[lobe];
+    if marks.contains(&true) { Derivatives::Of(marks) } else { Derivatives::None }
 }

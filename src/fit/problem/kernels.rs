@@ -39,9 +39,10 @@ impl WithSimd for Evaluation<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { bases, sums, rows } = self;
-        rows.resize(sums.columns().len() + 1, Row::filled(0.0));
-        let Some((reflectance, columns)) = rows.split_last_mut() else { return };
-        sum(bases, sums.reflectance(), reflectance);
+        let n = sums.columns().len();
+        rows.resize(n + 1, Row::filled(0.0));
+        let (columns, reflectance) = rows.split_at_mut(n);
+        sum(bases, sums.reflectance(), &mut reflectance[0]);
         for (column, terms) in columns.iter_mut().zip(sums.columns()) {
             sum(bases, terms, column);
         }
@@ -73,7 +74,7 @@ pub(super) struct ChannelBlock<'a> {
     pub(super) columns: &'a [Vec<Term>],
     pub(super) scratch: &'a mut Scratch,
     /// For the middle of the sandwich: R with |R J_s|^2 the leverage of sample s, and the root mean square of
-    /// the residuals.
+    /// the residuals. `None` for the linear model itself.
     pub(super) sandwich: Option<(&'a Triangle, f64)>,
 }
 
@@ -122,8 +123,10 @@ impl WithSimd for Compression<'_> {
         let Self { block, triangle } = self;
         let ObservedBlock { transform, measured, roots, precision } = block.observed;
         let Scratch { columns, x, slope } = block.scratch;
-        columns.resize(block.columns.len() + 1, Row::filled(0.0));
-        let Some((residual, jacobian)) = columns.split_last_mut() else { return 0.0 };
+        let n = block.columns.len();
+        columns.resize(n + 1, Row::filled(0.0));
+        let (jacobian, residual) = columns.split_at_mut(n);
+        let residual = &mut residual[0];
 
         sum(block.bases, block.reflectance, x);
         scale_each(x, block.cos_i);
@@ -185,15 +188,18 @@ fn temper(
     cost
 }
 
-/// The sum of terms.
+/// The sum of terms. A lobe may have fewer basis functions than coefficients: those beyond are 0, and are left out.
 #[inline(always)]
 pub(in crate::fit) fn sum(bases: &[BasisBlock], terms: &[Term], sum: &mut Row) {
     let row = |term: &Term| {
-        let basis = bases.get(term.lobe)?;
+        let basis = &bases[term.lobe];
         let rows = term.shape.map_or_else(|| basis.values(), |shape| basis.partials(shape));
-        rows.get(term.function)
+        let row = rows.get(term.function);
+        let absent = term.factor == 0.0 || term.factor.is_nan();
+        assert!(row.is_some() || absent, "a coefficient without a basis function");
+        row.map(|row| (row, term.factor))
     };
-    let mut rows = terms.iter().filter_map(|term| Some((row(term)?, term.factor)));
+    let mut rows = terms.iter().filter_map(row);
     match rows.next() {
         Some((row, factor)) => sum.iter_mut().zip(row).for_each(|(entry, value)| *entry = factor * value),
         None => sum.fill(0.0),
@@ -209,7 +215,7 @@ fn leverages(root: &Triangle, jacobian: &[Row], leverage: &mut Row, product: &mu
     leverage.fill(0.0);
     for (k, row) in root.rows().iter().enumerate() {
         product.fill(0.0);
-        for (entry, column) in row.iter().zip(jacobian.iter().skip(k)) {
+        for (entry, column) in row.iter().zip(&jacobian[k..]) {
             add_scaled(product, column, *entry);
         }
         for (total, entry) in leverage.iter_mut().zip(product.iter()) {

@@ -1,4 +1,4 @@
-//! Robust losses: how much a residual counts that is far larger than the others.
+//! Robust losses: how strongly residuals that are far larger than the others are down-weighted.
 //!
 //! The cost of a residual u, in units of which `scale` s is given, is s^2 rho(u^2/s^2):
 //!
@@ -42,7 +42,7 @@ impl LossKind {
 pub struct Objective {
     /// What the residuals are differences of.
     pub metric: Metric,
-    /// How large residuals count.
+    /// How strongly large residuals are down-weighted.
     pub loss: LossKind,
     /// Where a residual begins to count less: in units of the metric's transform, or of standard
     /// deviations for weights by sigma.

@@ -15,11 +15,11 @@ pub(in crate::fit) const BULK_OF_DATA: f64 = 0.95;
 /// Samples prepared for a metric. Fits of the same samples share them.
 pub(in crate::fit) struct Observed<'a> {
     samples: &'a Samples,
-    /// Per channel; none for those that do not count.
+    /// What the model is compared with, per channel; `None` for channels that do not count.
     targets: Vec<Option<Target>>,
-    /// Root of weight times normalisation, per block; zero beyond the last sample.
+    /// The root of weight times normalisation, per block; zero beyond the last sample.
     roots: Vec<Row>,
-    /// The geometry of each block, where there are few.
+    /// The geometry of each block; empty where there are too many to keep.
     blocks: Vec<Block>,
     /// Sum of the weighted squares of g(x*).
     magnitude2: f64,
@@ -34,16 +34,16 @@ struct Target {
     precision: Option<Vec<Row>>,
 }
 
-/// The geometry of so few samples is kept: it takes 80 bytes for each.
+/// Up to this many samples keep their geometry: it takes 80 bytes for each.
 const KEPT_SAMPLES: usize = 20_000;
 
 impl<'a> Observed<'a> {
-    /// All channels.
+    /// Prepares the samples in all channels.
     pub(in crate::fit) fn new(samples: &'a Samples, metric: Metric) -> Self {
         Self::with_channels(samples, metric, |_| true)
     }
 
-    /// At most so many channels, spread over all of them.
+    /// Prepares the samples in at most `most` channels, spread over all of them.
     pub(in crate::fit) fn with_some_channels(samples: &'a Samples, metric: Metric, most: usize) -> Self {
         let all = samples.values.len();
         // The channels at the ends and, at equal distances, between them.
@@ -86,7 +86,7 @@ impl<'a> Observed<'a> {
     /// What the model is compared with in a channel.
     fn target(&self, metric: Metric, channel: usize) -> Target {
         let samples = self.samples;
-        let values = samples.values.get(channel).map_or(&[][..], Vec::as_slice);
+        let values = &samples.values[channel];
         let (mut measured, sums): (Vec<Row>, Vec<(f64, f64)>) = values
             .par_chunks(BLOCK)
             .zip(samples.weights.par_chunks(BLOCK))
@@ -108,8 +108,8 @@ impl<'a> Observed<'a> {
         // Added up in order, so that the threads do not matter.
         let (sum, total) = sums.iter().fold((0.0, 0.0), |(sum, total), (s, t)| (sum + s, total + t));
         let transform = metric.transform(sum / total);
-        let sigma = samples.sigma.as_ref().and_then(|sigma| sigma.get(channel));
-        let precision = sigma.map(|sigma| {
+        let precision = samples.sigma.as_ref().map(|sigma| {
+            let sigma = &sigma[channel];
             let of_block = |space: &mut Block, (index, (x, sigma)): (usize, (&Row, &[f64]))| {
                 let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
                 transform.differences(x, &Row::filled(0.0), &mut transformed, &mut slopes);
@@ -142,7 +142,7 @@ impl<'a> Observed<'a> {
 
     /// Whether a channel counts.
     pub(in crate::fit) fn counts(&self, channel: usize) -> bool {
-        self.targets.get(channel).is_some_and(Option::is_some)
+        self.targets[channel].is_some()
     }
 
     /// Number of residuals.
@@ -157,8 +157,8 @@ impl<'a> Observed<'a> {
 
     /// The geometry of a block, in `space` where it is not kept.
     pub(in crate::fit) fn block<'b>(&'b self, index: usize, space: &'b mut Block) -> &'b Block {
-        if let Some(block) = self.blocks.get(index) {
-            return block;
+        if !self.blocks.is_empty() {
+            return &self.blocks[index];
         }
         self.samples.directions.fill(range(self.samples, index), space);
         space
@@ -166,19 +166,16 @@ impl<'a> Observed<'a> {
 
     /// The weights of a block's samples.
     pub(in crate::fit) fn weights(&self, index: usize) -> &[f64] {
-        self.samples.weights.get(range(self.samples, index)).unwrap_or_default()
+        &self.samples.weights[range(self.samples, index)]
     }
 
+    /// What is known of a channel of a block; `None` if the channel does not count.
     pub(super) fn channel_block(&self, channel: usize, index: usize) -> Option<ObservedBlock<'_>> {
-        let target = self.targets.get(channel)?.as_ref()?;
-        Some(ObservedBlock {
+        self.targets[channel].as_ref().map(|target| ObservedBlock {
             transform: target.transform,
-            measured: target.measured.get(index)?,
-            roots: self.roots.get(index)?,
-            precision: match &target.precision {
-                Some(rows) => Some(rows.get(index)?),
-                None => None,
-            },
+            measured: &target.measured[index],
+            roots: &self.roots[index],
+            precision: target.precision.as_ref().map(|rows| &rows[index]),
         })
     }
 
@@ -199,11 +196,13 @@ impl<'a> Observed<'a> {
 }
 
 impl Target {
+    /// Sum of the squares of the measured values, weighted and transformed like the residuals.
     fn magnitude2(&self, roots: &[Row]) -> f64 {
+        assert_eq!(roots.len(), self.measured.len(), "number of blocks");
         let of_block = |(index, (measured, roots)): (usize, (&Row, &Row))| {
-            let precision = self.precision.as_ref().and_then(|rows| rows.get(index));
+            let precision = self.precision.as_ref().map(|rows| &rows[index]);
             let weighted = measured.iter().zip(roots).enumerate().map(|(i, (g, root))| {
-                let precision = precision.and_then(|row| row.get(i)).copied().unwrap_or(1.0);
+                let precision = precision.map_or(1.0, |row| row[i]);
                 (root * precision * g).powi(2)
             });
             weighted.sum::<f64>()
@@ -234,8 +233,9 @@ fn range(samples: &Samples, index: usize) -> std::ops::Range<usize> {
     index * BLOCK..samples.len().min((index + 1) * BLOCK)
 }
 
-/// Up to a row of values, filled up.
+/// A row that begins with `values` and goes on with `rest`.
 pub(in crate::fit) fn row(values: &[f64], rest: f64) -> Row {
+    assert!(values.len() <= BLOCK, "{} values for a row", values.len());
     let mut row = Row::filled(rest);
     row.iter_mut().zip(values).for_each(|(entry, value)| *entry = *value);
     row

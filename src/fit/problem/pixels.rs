@@ -10,7 +10,7 @@
 
 use super::formula::{Formula, Layout};
 use super::kernels::Evaluation;
-use super::reflectance::stretches;
+use super::reflectance::block_ranges;
 use crate::geometry::{BLOCK, Block, Pair, Row};
 use crate::model::{BasisBlock, Expression};
 use crate::parameters::ParameterTable;
@@ -37,10 +37,11 @@ pub(crate) trait Target: Clone + Sync {
 #[derive(Clone, Debug)]
 pub(crate) struct Shown<T> {
     pairs: Vec<Pair>,
-    /// Per pair: its pixel, in rising order.
+    /// The pixel of each pair, in rising order.
     pixel_of: Vec<usize>,
-    /// Per colour and pair.
+    /// What the reflectance of each pair is multiplied by, per colour.
     weights: [Vec<f64>; COLOURS],
+    /// What each pixel is to be.
     targets: Vec<T>,
 }
 
@@ -56,9 +57,9 @@ impl<T: Target> Shown<T> {
 
     /// A pair of directions that the last pixel sees, and what its reflectance is multiplied by.
     pub(crate) fn add_pair(&mut self, pair: Pair, weights: [f64; COLOURS]) {
-        let Some(pixel) = self.targets.len().checked_sub(1) else { return };
+        assert!(!self.targets.is_empty(), "a pixel to add the pair to");
         self.pairs.push(pair);
-        self.pixel_of.push(pixel);
+        self.pixel_of.push(self.targets.len() - 1);
         self.weights.iter_mut().zip(weights).for_each(|(row, weight)| row.push(weight));
     }
 
@@ -68,14 +69,14 @@ impl<T: Target> Shown<T> {
         let mut some = Self::new();
         let mut last = None;
         for (index, (pair, pixel)) in self.pairs.iter().zip(&self.pixel_of).enumerate() {
-            let Some(target) = self.targets.get(*pixel).filter(|_| pixel.is_multiple_of(step)) else {
+            if !pixel.is_multiple_of(step) {
                 continue;
-            };
+            }
             if last != Some(pixel) {
-                some.add_pixel(target.clone());
+                some.add_pixel(self.targets[*pixel].clone());
                 last = Some(pixel);
             }
-            some.add_pair(*pair, self.weights.each_ref().map(|row| row.get(index).copied().unwrap_or(0.0)));
+            some.add_pair(*pair, self.weights.each_ref().map(|weights| weights[index]));
         }
         some
     }
@@ -86,10 +87,11 @@ pub(in crate::fit) struct PixelProblem<'a, T> {
     expression: &'a Expression,
     shown: &'a Shown<T>,
     table: ParameterTable,
-    /// Per channel.
+    /// The free parameters that each channel depends on.
     layouts: Vec<Layout>,
-    /// Per colour: the channel that makes it.
+    /// The channel that makes each colour.
     channels: [usize; COLOURS],
+    /// The basis of each lobe, with what was prepared for the pass before.
     bases: Mutex<Vec<BasisBlock>>,
 }
 
@@ -125,8 +127,7 @@ impl<'a, T: Target> PixelProblem<'a, T> {
 
     /// The free parameters that a colour depends on.
     fn columns(&self, colour: usize) -> &[usize] {
-        let channel = self.channels.get(colour);
-        channel.and_then(|channel| self.layouts.get(*channel)).map_or(&[][..], Layout::columns)
+        self.layouts[self.channels[colour]].columns()
     }
 
     /// Sums per pixel of a colour: a column each, and one for the image itself.
@@ -139,16 +140,15 @@ impl<'a, T: Target> PixelProblem<'a, T> {
         let arch = Arch::new();
         let workspace = || (Block::new(), formula.bases(), Vec::new());
         let all_samples = self.shown.pixel_of.len();
-        let parts: Vec<PixelSums> = stretches(all_samples)
+        let parts: Vec<PixelSums> = block_ranges(all_samples)
             .into_par_iter()
             .map_init(workspace, |(block, bases, rows), blocks| {
-                let of = |index: usize| self.shown.pixel_of.get(index).copied().unwrap_or(0);
-                let first = of(blocks.start * BLOCK);
-                let last = of(all_samples.min(blocks.end * BLOCK) - 1);
+                let first = self.shown.pixel_of[blocks.start * BLOCK];
+                let last = self.shown.pixel_of[all_samples.min(blocks.end * BLOCK) - 1];
                 let mut part = self.no_sums(first, last + 1 - first);
                 for index in blocks {
                     let samples = index * BLOCK..all_samples.min((index + 1) * BLOCK);
-                    block.fill_pairs(self.shown.pairs.get(samples.clone()).unwrap_or_default());
+                    block.fill_pairs(&self.shown.pairs[samples.clone()]);
                     bases.iter_mut().for_each(BasisBlock::forget);
                     for (channel, sums) in formula.sums().iter().enumerate() {
                         formula.evaluate(channel, block, bases);
@@ -162,32 +162,31 @@ impl<'a, T: Target> PixelProblem<'a, T> {
         let mut all = self.no_sums(0, self.shown.targets.len());
         for part in parts {
             for (colour, (sums, part_sums)) in all.sums.iter_mut().zip(&part.sums).enumerate() {
-                let places = sums.iter_mut().skip(part.first * self.width(colour));
-                places.zip(part_sums).for_each(|(place, sum)| *place += sum);
+                let places = &mut sums[part.first * self.width(colour)..];
+                places.iter_mut().zip(part_sums).for_each(|(place, sum)| *place += sum);
             }
         }
         all
     }
 
+    /// Sums of nothing for a number of `pixels` from the `first` on.
     fn no_sums(&self, first: usize, pixels: usize) -> PixelSums {
         PixelSums { first, sums: std::array::from_fn(|colour| vec![0.0; pixels * self.width(colour)]) }
     }
 
     /// Adds rows of a channel over a block of samples to the pixels that they belong to.
     fn add(&self, channel: usize, rows: &[Row], samples: Range<usize>, part: &mut PixelSums) {
-        let pixel_of = self.shown.pixel_of.get(samples.clone()).unwrap_or_default();
         let mut start = 0;
-        for run in pixel_of.chunk_by(|a, b| a == b) {
+        for run in self.shown.pixel_of[samples.clone()].chunk_by(|a, b| a == b) {
             let within = start..start + run.len();
             start = within.end;
-            let pixel = run.first().map_or(0, |pixel| pixel - part.first);
+            let pixel = run[0] - part.first;
             let of_colours = self.channels.iter().zip(&self.shown.weights).zip(&mut part.sums);
             for ((_, weights), sums) in of_colours.filter(|((made_by, _), _)| **made_by == channel) {
-                let weights = weights.get(samples.start + within.start..samples.start + within.end);
-                let weights = weights.unwrap_or_default();
-                let places = sums.iter_mut().skip(pixel * rows.len());
-                for (place, row) in places.zip(rows) {
-                    *place += dot(weights, row.get(within.clone()).unwrap_or_default());
+                let weights = &weights[samples.start + within.start..samples.start + within.end];
+                let places = &mut sums[pixel * rows.len()..];
+                for (place, row) in places.iter_mut().zip(rows) {
+                    *place += dot(weights, &row[within.clone()]);
                 }
             }
         }
@@ -203,16 +202,15 @@ impl<'a, T: Target> PixelProblem<'a, T> {
             for (within, target) in targets.iter().enumerate() {
                 let pixel = first * PIXELS + within;
                 let of_colour = |colour: usize| -> &[f64] {
-                    let (sums, width) = (image.sums.get(colour), self.width(colour));
-                    sums.and_then(|sums| sums.get(pixel * width..(pixel + 1) * width)).unwrap_or_default()
+                    let width = self.width(colour);
+                    &image.sums[colour][pixel * width..(pixel + 1) * width]
                 };
                 let colours = [of_colour(0), of_colour(1), of_colour(2)];
-                let (residual, slopes) =
-                    target.compare(colours.map(|sums| sums.last().copied().unwrap_or(0.0)));
+                let (residual, slopes) = target.compare(colours.map(|sums| sums[sums.len() - 1]));
                 cost += residual.norm_squared();
                 let mut add = |column: usize, entries: Vector3<f64>| {
-                    let places = rows.get_mut(column).and_then(|row| row.get_mut(3 * within..3 * within + 3));
-                    places.into_iter().flatten().zip(&entries).for_each(|(place, entry)| *place += entry);
+                    let places = &mut rows[column][3 * within..3 * within + 3];
+                    places.iter_mut().zip(&entries).for_each(|(place, entry)| *place += entry);
                 };
                 add(free, residual);
                 for (colour, (sums, slope)) in colours.into_iter().zip(slopes.column_iter()).enumerate() {

@@ -6,7 +6,7 @@
 //! Jacobian of the whole is never stored: what reaches the solver is one small triangle per channel.
 
 use super::formula::{Formula, Layout, Sums};
-use super::kernels::{ChannelBlock, Scratch};
+use super::kernels::{ChannelBlock, ObservedBlock, Scratch};
 use super::loss::{LossKind, Objective, robust_deviation};
 use super::observed::{BULK_OF_DATA, Observed};
 use crate::geometry::{BLOCK, Block};
@@ -28,9 +28,9 @@ pub struct ReflectanceProblem<'a> {
     observed: Arc<Observed<'a>>,
     table: ParameterTable,
     objective: Objective,
-    /// Per channel.
+    /// The free parameters that each channel depends on.
     layouts: Vec<Layout>,
-    /// Per lobe, with what was prepared for the pass before: its shapes are often this one's.
+    /// The basis of each lobe, with what was prepared for the pass before: its shapes are often this one's.
     bases: Mutex<Vec<BasisBlock>>,
 }
 
@@ -41,27 +41,29 @@ enum Pass<'r> {
     Model,
     /// sum e^2 J J^T, the middle of the sandwich.
     Scatter {
-        /// Per channel, R with |R J_s|^2 the leverage of sample s.
+        /// R of each channel, with |R J_s|^2 the leverage of sample s.
         roots: &'r [Triangle],
-        /// Root mean square of the residuals.
+        /// The root mean square of the residuals.
         typical: f64,
     },
 }
 
-/// The result of a stretch of samples, per channel.
+/// What a range of blocks yields.
 struct Gathered {
+    /// The compressed rows of each channel.
     triangles: Vec<Triangle>,
+    /// The cost of each channel.
     costs: Vec<f64>,
-    /// Over all channels.
+    /// The cost of all channels.
     cost: f64,
 }
 
-/// Values are not taken to be more than so many times what the bulk of them stays below.
+/// Values more than this many times larger than what the bulk of them stays below are not taken seriously.
 const ABSURD: f64 = 1e6;
-/// The most stretches that a pass is divided into, and the fewest blocks in each. Fixed, so that sums do not
-/// depend on the threads.
-const STRETCHES: usize = 64;
-const BLOCKS_PER_STRETCH: usize = 2;
+/// The most ranges of blocks that a pass is divided into. Fixed, so that sums do not depend on the threads.
+const RANGES: usize = 64;
+/// The fewest blocks in each of those ranges.
+const BLOCKS_PER_RANGE: usize = 2;
 
 impl<'a> ReflectanceProblem<'a> {
     /// The problem of fitting the free parameters of `table`. A metric alone stands for its squares.
@@ -144,7 +146,7 @@ impl<'a> ReflectanceProblem<'a> {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
         let context = Context::new(self, &table, Pass::Model);
-        let residuals: Vec<Vec<(f64, f64)>> = stretches(self.observed.len())
+        let residuals: Vec<Vec<(f64, f64)>> = block_ranges(self.observed.len())
             .into_par_iter()
             .map_init(|| context.workspace(), |work, blocks| context.plain_residuals(blocks, work))
             .collect();
@@ -153,21 +155,22 @@ impl<'a> ReflectanceProblem<'a> {
 
     /// The cost of each channel at `x`.
     pub(in crate::fit) fn channel_costs(&self, x: &DVector<f64>) -> Vec<f64> {
-        self.gather(x, Pass::Model).map(|total| total.costs).unwrap_or_default()
+        self.gather(x, Pass::Model).map_or_else(|| vec![0.0; self.layouts.len()], |total| total.costs)
     }
 
+    /// Runs over all samples and assembles what they yield.
     fn pass(&self, x: &DVector<f64>, kind: Pass<'_>) -> Linearisation {
         self.gather(x, kind)
             .map_or_else(|| Linearisation { cost: 0.0, blocks: Vec::new() }, |total| self.assemble(&total))
     }
 
-    /// What all samples give at `x`; none without samples.
+    /// What all samples yield at `x`; `None` without samples.
     fn gather(&self, x: &DVector<f64>, kind: Pass<'_>) -> Option<Gathered> {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
         let table = table.off_zero();
         let context = Context::new(self, &table, kind);
-        let gathered: Vec<Gathered> = stretches(self.observed.len())
+        let gathered: Vec<Gathered> = block_ranges(self.observed.len())
             .into_par_iter()
             .map_init(|| context.workspace(), |work, blocks| context.gather(blocks, work))
             .collect();
@@ -192,11 +195,11 @@ impl<'a> ReflectanceProblem<'a> {
     }
 }
 
-/// The blocks of so many samples in a fixed division.
-pub(in crate::fit) fn stretches(samples: usize) -> Vec<Range<usize>> {
+/// The blocks of a number of samples, in ranges that do not depend on the threads.
+pub(in crate::fit) fn block_ranges(samples: usize) -> Vec<Range<usize>> {
     let blocks = samples.div_ceil(BLOCK);
-    let stretch = blocks.div_ceil(STRETCHES).max(BLOCKS_PER_STRETCH);
-    (0..blocks).step_by(stretch).map(|start| start..blocks.min(start + stretch)).collect()
+    let length = blocks.div_ceil(RANGES).max(BLOCKS_PER_RANGE);
+    (0..blocks).step_by(length).map(|start| start..blocks.min(start + length)).collect()
 }
 
 /// What one pass needs at every block.
@@ -210,7 +213,7 @@ struct Context<'p, 'a> {
 /// What one thread works in.
 struct Workspace {
     block: Block,
-    /// Per lobe.
+    /// The basis of each lobe.
     bases: Vec<BasisBlock>,
     scratch: Scratch,
 }
@@ -239,11 +242,9 @@ impl<'p, 'a> Context<'p, 'a> {
             bases.iter_mut().for_each(BasisBlock::forget);
             let of_channels = self.formula.sums().iter().zip(&mut result.triangles).zip(&mut result.costs);
             for (channel, ((sums, triangle), channel_cost)) in of_channels.enumerate() {
-                if !self.problem.observed.counts(channel) {
-                    continue;
-                }
+                let Some(observed) = self.problem.observed.channel_block(channel, index) else { continue };
                 self.formula.evaluate(channel, block, bases);
-                let Some(kernel) = self.kernel(channel, index, block, bases, sums, scratch) else { continue };
+                let kernel = self.kernel(channel, observed, block, bases, sums, scratch);
                 let cost = self.arch.dispatch(kernel.compressed_into(triangle));
                 *channel_cost += cost;
                 result.cost += cost;
@@ -252,18 +253,18 @@ impl<'p, 'a> Context<'p, 'a> {
         result
     }
 
-    /// What one channel of one block is worked on with.
+    /// What the work on one channel of one block needs.
     fn kernel<'k>(
         &'k self,
         channel: usize,
-        index: usize,
+        observed: ObservedBlock<'k>,
         block: &'k Block,
         bases: &'k [BasisBlock],
         sums: &'k Sums,
         scratch: &'k mut Scratch,
-    ) -> Option<ChannelBlock<'k>> {
-        Some(ChannelBlock {
-            observed: self.problem.observed.channel_block(channel, index)?,
+    ) -> ChannelBlock<'k> {
+        ChannelBlock {
+            observed,
             cos_i: block.cos_i(),
             objective: self.problem.objective,
             bases,
@@ -272,9 +273,9 @@ impl<'p, 'a> Context<'p, 'a> {
             scratch,
             sandwich: match self.kind {
                 Pass::Model => None,
-                Pass::Scatter { roots, typical } => Some((roots.get(channel)?, typical)),
+                Pass::Scatter { roots, typical } => Some((&roots[channel], typical)),
             },
-        })
+        }
     }
 
     /// The residuals of all channels over the samples of `blocks`, each with its sample's weight.
@@ -286,10 +287,9 @@ impl<'p, 'a> Context<'p, 'a> {
             let block = observed.block(index, block);
             bases.iter_mut().for_each(BasisBlock::forget);
             for (channel, sums) in self.formula.sums().iter().enumerate() {
+                let Some(of_channel) = observed.channel_block(channel, index) else { continue };
                 self.formula.evaluate(channel, block, bases);
-                let Some(mut kernel) = self.kernel(channel, index, block, bases, sums, scratch) else {
-                    continue;
-                };
+                let mut kernel = self.kernel(channel, of_channel, block, bases, sums, scratch);
                 let plain = self.arch.dispatch(kernel.plain());
                 residuals.extend(plain.iter().copied().zip(observed.weights(index).iter().copied()));
             }

@@ -14,16 +14,17 @@ use crate::parameters::{ParameterTable, Status};
 use crate::solver::{LeastSquares, Solution};
 use nalgebra::DVector;
 
-/// Every round brings back lobes that have been absent; more than so many are not seen.
+/// Most rounds; each brings back lobes that have been absent, and more are not seen.
 const ROUNDS: usize = 4;
 /// An amplitude whose whole effect is below this share of the data is nothing but rounding.
 const NEGLIGIBLE_EFFECT: f64 = 1e-9;
 
-/// Minimises over the free parameters of `table` from `start`, and again where the other factor of an absent lobe's strength shows a way down.
+/// Minimises over the free parameters of `table` from `start`, and again where the other factor of an absent lobe's strength
+/// shows a way down.
 ///
 /// # Errors
 /// Those of `minimise`.
-pub(in crate::fit) fn past_absent_lobes(
+pub(in crate::fit) fn minimise_escaping_absent_lobes(
     problem: &impl LeastSquares,
     table: &ParameterTable,
     start: DVector<f64>,
@@ -31,10 +32,10 @@ pub(in crate::fit) fn past_absent_lobes(
 ) -> Result<Solution, Error> {
     let mut solution = minimise(start)?;
     for _ in 0..ROUNDS {
-        let Some(start) = way_down(problem, table, &solution).filter(|_| solution.termination.converged())
-        else {
+        if !solution.termination.converged() {
             break;
-        };
+        }
+        let Some(start) = way_down(problem, table, &solution) else { break };
         let next = minimise(start)?;
         if next.cost.is_nan() || next.cost >= solution.cost {
             break;
@@ -49,7 +50,8 @@ pub(in crate::fit) fn past_absent_lobes(
     Ok(solution)
 }
 
-/// The same point with the second factor of absent products at its other end, if the first then lowers the cost.
+/// The same point with the second factor of absent products at its other end, where the first then lowers the cost; `None`
+/// where none does.
 fn way_down(
     problem: &impl LeastSquares,
     table: &ParameterTable,
@@ -63,11 +65,9 @@ fn way_down(
     }
     let mut moved = table.clone();
     for (_, second) in &absent {
-        let (lower, upper) = table.rows().get(*second)?.bounds;
-        moved.set_value(
-            *second,
-            if table.rows().get(*second)?.value < 0.5 * (lower + upper) { upper } else { lower },
-        );
+        let row = &table.rows()[*second];
+        let (lower, upper) = row.bounds;
+        moved.set_value(*second, if row.value < 0.5 * (lower + upper) { upper } else { lower });
     }
     let x = DVector::from_vec(moved.coordinates());
     let slope = problem.linearise(&x).slope_at(&DVector::zeros(x.len()));
@@ -75,8 +75,8 @@ fn way_down(
     let mut helps = false;
     let mut start = table.clone();
     for (first, second) in absent {
-        if place(first).and_then(|at| slope.get(at)).is_some_and(|slope| *slope < 0.0) {
-            start.set_value(second, moved.rows().get(second)?.value);
+        if place(first).is_some_and(|at| slope[at] < 0.0) {
+            start.set_value(second, moved.rows()[second].value);
             helps = true;
         }
     }
@@ -85,13 +85,13 @@ fn way_down(
 
 /// The rows of products whose first factor is at a lower bound of 0, both factors free.
 fn absent_products(table: &ParameterTable) -> Vec<(usize, usize)> {
-    let is_free = |row: usize| table.rows().get(row).is_some_and(|row| row.status == Status::Free);
+    let is_free = |row: usize| table.rows()[row].status == Status::Free;
     let mut absent = Vec::new();
     for product in table.products() {
         for channel in 0..table.channels().len() {
             let place = |parameter: usize| table.place(product.lobe, parameter, channel);
-            let (Some(first), Some(second)) = (place(product.first), place(product.second)) else { continue };
-            let at_zero = table.rows().get(first).is_some_and(|row| row.at_lower() && row.bounds.0 == 0.0);
+            let (first, second) = (place(product.first), place(product.second));
+            let at_zero = table.rows()[first].at_lower() && table.rows()[first].bounds.0 == 0.0;
             if at_zero && is_free(first) && is_free(second) && !absent.contains(&(first, second)) {
                 absent.push((first, second));
             }
@@ -111,13 +111,10 @@ impl Task<'_> {
         let free = table.free().to_vec();
         let mut any = false;
         for (column, index) in free.into_iter().enumerate() {
-            let Some(row) = table.rows().get(index) else { continue };
-            let effect = row.value.abs() * lengths.get(column).copied().unwrap_or(0.0);
-            if row.spec.role == Role::Amplitude
-                && row.bounds.0 == 0.0
-                && row.value > 0.0
-                && effect < NEGLIGIBLE_EFFECT * data
-            {
+            let row = &table.rows()[index];
+            let may_vanish = row.spec.role == Role::Amplitude && row.bounds.0 == 0.0 && row.value > 0.0;
+            let effect = row.value.abs() * lengths[column];
+            if may_vanish && effect < NEGLIGIBLE_EFFECT * data {
                 table.set_value(index, 0.0);
                 any = true;
             }

@@ -1,7 +1,7 @@
 //! Where the final fit starts: the best of several starts, each followed to its minimum on part of the samples.
 
 use super::recombine::recombined;
-use super::scan::{Profile, Scan, ScanSamples, scan};
+use super::scan::{Profile, Scan, ScanSamples, Scanner};
 use crate::error::Error;
 use crate::fit::problem::loss::{LossKind, Objective};
 use crate::fit::problem::observed::{BULK_OF_DATA, Observed};
@@ -26,27 +26,44 @@ pub struct Start {
     pub termination: Termination,
 }
 
-/// What the search has found out.
-pub(in crate::fit) struct Found {
+/// What the search found, beside the parameters to start from.
+pub(in crate::fit) struct SearchOutcome {
     /// What is minimised, the scale of the loss settled.
     pub(in crate::fit) objective: Objective,
+    /// The starts that were polished.
     pub(in crate::fit) starts: Vec<Start>,
+    /// The lowest cost along each shape that was scanned.
     pub(in crate::fit) profiles: Vec<Profile>,
+}
+
+/// A candidate of the scan and where polishing led it.
+struct Polished {
+    /// Parameters at the start.
+    from: ParameterTable,
+    /// The end of the last minimisation.
+    solution: Solution,
+    /// Parameters at the end.
+    to: ParameterTable,
 }
 
 /// Samples of the scan.
 const SCAN_SAMPLES: usize = 800;
-/// How long its best points are polished. Along one shape, all for so many iterations, and longer only those whose
-/// cost is above the lowest by no more than a share.
+/// Iterations that a candidate is polished for.
 const POLISH_ITERATIONS: u64 = 150;
+/// Iterations after which, with one shape, only candidates near the lowest cost go on.
 const SHORT_POLISH: u64 = 25;
+/// A cost above the lowest by no more than this share is near it.
 const HOPEFUL: f64 = 0.2;
-/// Starts whose costs agree to this have found the same minimum.
+/// Starts whose costs agree to this share have found the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
-/// Minima whose costs on part of the samples lie so close compete on ten times as many, at most so many.
+/// Minima whose costs on part of the samples are above the lowest by no more than this share are compared again on
+/// [`RACE_SAMPLES`].
 const CLOSE_RACE: f64 = 0.05;
+/// Most minima that are compared again.
 const RIVALS: usize = 3;
+/// Samples that they are compared on.
 const RACE_SAMPLES: usize = 10 * POLISH_SAMPLES;
+/// Iterations on those samples.
 const RACE_ITERATIONS: u64 = 15;
 /// Estimates of a loss's scale from part of the samples.
 const SCALE_ROUNDS: usize = 4;
@@ -54,104 +71,105 @@ const SCALE_ROUNDS: usize = 4;
 const SMALLEST_SCALE: f64 = 1e-6;
 
 impl Task<'_> {
-    /// The best start found, polished on part of the samples, and what was seen on the way.
-    pub(in crate::fit) fn search(&self, mut table: ParameterTable) -> Result<(ParameterTable, Found), Error> {
-        let few = self.draws.part(SCAN_SAMPLES, self.options.seed);
-        let few = ScanSamples::new(&few, self.options.metric);
-        let more = self.draws.part(POLISH_SAMPLES, self.options.seed);
-        let more = self.observe(&more);
-        let widest = self.widest_scale(few.in_all_channels());
-        let mut objective = Objective { metric: self.options.metric, loss: self.options.loss, scale: widest };
-        let mut starts = Vec::new();
-        let mut profiles = Vec::new();
+    /// Searches for a start of the final fit: the best start found, polished on part of the samples, and what was found
+    /// on the way.
+    pub(in crate::fit) fn search(
+        &self,
+        mut table: ParameterTable,
+    ) -> Result<(ParameterTable, SearchOutcome), Error> {
+        let scan_samples = self.draws.part(SCAN_SAMPLES, self.options.seed);
+        let scan_samples = ScanSamples::new(&scan_samples, self.options.metric);
+        let polish_samples = self.draws.part(POLISH_SAMPLES, self.options.seed);
+        let polish_samples = self.observe(&polish_samples);
+        let widest = self.widest_scale(scan_samples.in_all_channels());
+        let objective = Objective { metric: self.options.metric, loss: self.options.loss, scale: widest };
+        let mut outcome = SearchOutcome { objective, starts: Vec::new(), profiles: Vec::new() };
+
+        // A scan over the shapes; the best of its points are polished, and the best of those is kept.
         if !table.free().is_empty() {
-            let seen =
-                scan(self.expression, &few, &table, objective, self.options.seed, &self.limits(0, None))?;
-            let ends = self.follow_all(&more, &seen, objective)?;
-            starts = ends.iter().map(|(start, _)| start.clone()).collect();
-            profiles = seen.profiles;
+            let scanner = Scanner {
+                expression: self.expression,
+                samples: &scan_samples,
+                objective,
+                limits: self.limits(0, None),
+            };
+            let scan = scanner.scan(&table, self.options.seed)?;
+            let ends = self.polish_candidates(&polish_samples, &scan, objective)?;
+            outcome.starts = ends.iter().map(|(start, _)| start.clone()).collect();
+            outcome.profiles = scan.profiles;
             table = self.best_of(ends, objective)?.unwrap_or(table);
         }
+
+        // Each estimate of the scale of a loss rests on a fit with the one before, the last on all samples.
         if objective.loss != LossKind::None {
-            // Each estimate of the scale rests on a fit with the one before, the last on all samples.
+            let objective = &mut outcome.objective;
             for _ in 0..SCALE_ROUNDS {
-                objective.scale = self.loss_scale(&more, &table, objective, widest);
-                let solution = self.polish(&more, table.clone(), objective, POLISH_ITERATIONS)?;
+                objective.scale = self.loss_scale(&polish_samples, &table, *objective, widest);
+                let solution = self.polish(&polish_samples, table.clone(), *objective, POLISH_ITERATIONS)?;
                 table.set_coordinates(solution.x.as_slice());
             }
-            objective.scale = self.loss_scale(&self.observe(self.samples), &table, objective, widest);
+            objective.scale = self.loss_scale(&self.observe(self.samples), &table, *objective, widest);
         }
-        Ok((table, Found { objective, starts, profiles }))
+        Ok((table, outcome))
     }
 
-    /// Polishes the points that a scan has chosen.
-    fn follow_all(
+    /// Polishes the candidates of a scan, and what the channels make of their ends where each has shapes of its own. Yields
+    /// a record of each and the parameters that it led to, lobes in order.
+    fn polish_candidates(
         &self,
         samples: &Arc<Observed<'_>>,
-        seen: &Scan,
+        scan: &Scan,
         objective: Objective,
     ) -> Result<Vec<(Start, ParameterTable)>, Error> {
-        let candidates = &seen.candidates;
-        // With several shapes a way that is slow for long may still lead to the lowest minimum.
-        let at_first = if seen.axes == 1 { SHORT_POLISH } else { POLISH_ITERATIONS };
-        let follow = |table: &ParameterTable, iterations| -> Result<(Solution, ParameterTable), Error> {
-            let solution = self.polish(samples, table.clone(), objective, iterations)?;
-            let mut polished = table.clone();
-            polished.set_coordinates(solution.x.as_slice());
-            Ok((solution, polished))
+        let polish = |from: &ParameterTable, iterations| -> Result<Polished, Error> {
+            let solution = self.polish(samples, from.clone(), objective, iterations)?;
+            let mut to = from.clone();
+            to.set_coordinates(solution.x.as_slice());
+            Ok(Polished { from: from.clone(), solution, to })
         };
-        let first: Result<Vec<_>, Error> =
-            candidates.par_iter().map(|candidate| follow(&candidate.table, at_first)).collect();
+
+        // With several shapes a way that is slow for long may still lead to the lowest minimum: all go on to the end.
+        let at_first = if scan.axes == 1 { SHORT_POLISH } else { POLISH_ITERATIONS };
+        let candidates = scan.candidates.par_iter();
+        let first: Result<Vec<Polished>, Error> =
+            candidates.map(|candidate| polish(&candidate.table, at_first)).collect();
         let first = first?;
-        let lowest = first.iter().map(|(solution, _)| solution.cost).fold(f64::INFINITY, f64::min);
-        let ends: Result<Vec<_>, Error> = first
-            .into_par_iter()
-            .map(|(solution, polished)| {
-                let near = solution.cost <= (1.0 + HOPEFUL) * lowest;
-                let left = POLISH_ITERATIONS - at_first;
-                if left > 0 && solution.termination == Termination::IterationLimit && near {
-                    follow(&polished, left)
-                } else {
-                    Ok((solution, polished))
-                }
-            })
-            .collect();
-        let mut ways: Vec<(ParameterTable, Solution, ParameterTable)> = candidates
-            .iter()
-            .zip(ends?)
-            .map(|(candidate, (solution, polished))| (candidate.table.clone(), solution, polished))
-            .collect();
-        let ends: Vec<&ParameterTable> = ways.iter().map(|(_, _, end)| end).collect();
-        if let Some(start) = recombined(&ends, |end| self.problem(samples, end.clone(), objective)) {
-            let (solution, polished) = follow(&start, POLISH_ITERATIONS)?;
-            ways.push((start, solution, polished));
-        }
-        let record = |(from, solution, mut polished): (ParameterTable, Solution, ParameterTable)| {
-            polished.sort_lobes();
-            let shapes = free_shapes(&from).into_iter().map(|(index, value)| (from.name(index), value));
-            let start = Start {
-                cost: solution.cost,
-                shapes: shapes.collect(),
-                reached: free_shapes(&polished),
-                termination: solution.termination,
-            };
-            (start, polished)
+
+        // With one shape, only those near the lowest cost do.
+        let lowest = first.iter().map(|end| end.solution.cost).fold(f64::INFINITY, f64::min);
+        let left = POLISH_ITERATIONS - at_first;
+        let go_on = |end: Polished| -> Result<Polished, Error> {
+            let unfinished = left > 0 && end.solution.termination == Termination::IterationLimit;
+            if unfinished && end.solution.cost <= (1.0 + HOPEFUL) * lowest {
+                Ok(Polished { from: end.from, ..polish(&end.to, left)? })
+            } else {
+                Ok(end)
+            }
         };
-        Ok(ways.into_iter().map(record).collect())
+        let ends: Result<Vec<Polished>, Error> = first.into_par_iter().map(go_on).collect();
+        let mut ends = ends?;
+
+        // Each channel by itself may do best elsewhere.
+        let tables: Vec<&ParameterTable> = ends.iter().map(|end| &end.to).collect();
+        if let Some(start) = recombined(&tables, |table| self.problem(samples, table.clone(), objective)) {
+            ends.push(polish(&start, POLISH_ITERATIONS)?);
+        }
+        Ok(ends.into_iter().map(Polished::recorded).collect())
     }
 
-    /// The best of what the starts led to. Minima that are close on part of the samples compete on more.
+    /// The best of what the starts led to; `None` without starts. Minima that are close on part of the samples compete on
+    /// more.
     fn best_of(
         &self,
         mut ends: Vec<(Start, ParameterTable)>,
         objective: Objective,
     ) -> Result<Option<ParameterTable>, Error> {
+        // The distinct minima near the lowest. Of starts that lead to the same one the scan's favourite is kept.
         let lowest = ends.iter().map(|(start, _)| start.cost).fold(f64::INFINITY, f64::min);
         let partial = self.samples.len() > POLISH_SAMPLES;
         if partial {
             ends.sort_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost));
         }
-        // Of starts that lead to the same minimum the scan's favourite is kept.
         let margin = if partial { CLOSE_RACE } else { SAME_MINIMUM };
         let mut rivals: Vec<(Start, ParameterTable)> = Vec::new();
         for (start, table) in ends {
@@ -165,11 +183,13 @@ impl Task<'_> {
         if rivals.len() < 2 || !partial {
             return Ok(rivals.into_iter().next().map(|(_, table)| table));
         }
-        let many = self.draws.part(RACE_SAMPLES, self.options.seed);
-        let many = self.observe(&many);
+
+        // A few iterations of each on more samples decide.
+        let race_samples = self.draws.part(RACE_SAMPLES, self.options.seed);
+        let race_samples = self.observe(&race_samples);
         let mut best: Option<(f64, ParameterTable)> = None;
         for (_, mut table) in rivals {
-            let solution = self.polish(&many, table.clone(), objective, RACE_ITERATIONS)?;
+            let solution = self.polish(&race_samples, table.clone(), objective, RACE_ITERATIONS)?;
             if best.as_ref().is_none_or(|(cost, _)| solution.cost < *cost) {
                 table.set_coordinates(solution.x.as_slice());
                 best = Some((solution.cost, table));
@@ -206,8 +226,23 @@ impl Task<'_> {
     }
 }
 
+impl Polished {
+    /// The record of a start, and the parameters that it led to, lobes in order.
+    fn recorded(mut self) -> (Start, ParameterTable) {
+        self.to.sort_lobes();
+        let shapes = free_shapes(&self.from).into_iter().map(|(index, value)| (self.from.name(index), value));
+        let start = Start {
+            cost: self.solution.cost,
+            shapes: shapes.collect(),
+            reached: free_shapes(&self.to),
+            termination: self.solution.termination,
+        };
+        (start, self.to)
+    }
+}
+
 /// The free shapes of a table: row and value.
 fn free_shapes(table: &ParameterTable) -> Vec<(usize, f64)> {
-    let rows = table.free().iter().filter_map(|index| Some((*index, table.rows().get(*index)?)));
+    let rows = table.free().iter().map(|index| (*index, &table.rows()[*index]));
     rows.filter(|(_, row)| row.spec.role == Role::Shape).map(|(index, row)| (index, row.value)).collect()
 }

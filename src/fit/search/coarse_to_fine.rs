@@ -6,7 +6,7 @@
 //! only by what the draw of the part left to chance. Its minimum is then far closer to the whole's than one step
 //! of the linear model could come, because the part's cost knows the curvature of the residuals too (the idea
 //! behind Johnson and Zhang 2013, arXiv:1309.2388, and Shamir, Srebro and Zhang 2014, arXiv:1312.7853). A round
-//! costs one look at all samples.
+//! costs one pass over all samples.
 //!
 //! Nothing is taken on trust: the solver begins where the rounds end, on all samples, and ends by its own tests.
 
@@ -21,23 +21,25 @@ use nalgebra::DVector;
 
 /// Samples of the part.
 const PART_SAMPLES: usize = 20_000;
-/// Fewer than so many times as many samples are not worth the detour.
+/// The detour is worth taking only where there are this many times as many samples.
 const LEAST_RATIO: usize = 8;
-/// Looks at all samples; the second correction already ends within the tolerance of most fits.
+/// Passes over all samples; the second correction already ends within the tolerance of most fits.
 const ROUNDS: usize = 3;
-/// The part's minimum is only a step on the way, the corrected one is compared with the whole's.
+/// The end on the part: its minimum is only a step on the way.
 const FIRST: Tolerances = Tolerances { step: 1e-8, cost: 1e-9, gradient: 1e-9, refinements: 0 };
+/// The end on the corrected part, whose minimum is compared with that of the whole.
 const CORRECTED: Tolerances = Tolerances { step: 1e-11, cost: 1e-14, gradient: 1e-14, refinements: 0 };
+/// Most iterations on the part.
 const ITERATIONS: u64 = 60;
 
 impl Task<'_> {
     /// A point close to the minimum on all samples, from one close to the minimum on part of them; or that point,
     /// where there are too few samples to gain anything. Ends when the linear model promises less than `promise`
-    /// of the cost. Also says how often all samples were looked at.
+    /// of the cost. Also yields the number of passes over all samples.
     ///
     /// # Errors
     /// Those of [`minimise`].
-    pub(in crate::fit) fn approach(
+    pub(in crate::fit) fn coarse_to_fine(
         &self,
         whole: &Remembered<'_, ReflectanceProblem<'_>>,
         start: DVector<f64>,
@@ -46,16 +48,17 @@ impl Task<'_> {
         if self.samples.len() < LEAST_RATIO * PART_SAMPLES || start.is_empty() {
             return Ok((start, 0));
         }
+
+        // The part's own minimum.
         let samples = self.draws.part(PART_SAMPLES, self.options.seed);
-        let part = self.problem(
-            &self.observe(&samples),
-            whole.problem().table().clone(),
-            whole.problem().objective(),
-        );
+        let (table, objective) = (whole.problem().table().clone(), whole.problem().objective());
+        let part = self.problem(&self.observe(&samples), table, objective);
         let limits = self.limits(ITERATIONS, None);
         let mut x = minimise(&part, start, FIRST, limits.clone())?.x;
         let mut model = whole.linearise(&x);
-        let mut evaluations = 1;
+        let mut passes = 1;
+
+        // The minimum of the part with the gradient of the whole, as long as that is closer to the whole's.
         for _ in 1..ROUNDS {
             if limits.reason(0).is_some()
                 || model.cost <= whole.cost_floor()
@@ -66,13 +69,13 @@ impl Task<'_> {
             let correction = Corrected::new(&part, &model, &x);
             let next = minimise(&correction, x.clone(), CORRECTED, limits.clone())?.x;
             let there = whole.linearise(&next);
-            evaluations += 1;
+            passes += 1;
             if there.cost.is_nan() || there.cost >= model.cost {
                 break;
             }
             (x, model) = (next, there);
         }
-        Ok((x, evaluations))
+        Ok((x, passes))
     }
 }
 

@@ -1,5 +1,9 @@
 //! Where a fit starts, and how it gets near the minimum on a part of the samples.
 
+// Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
+// number.
+#![allow(clippy::indexing_slicing)]
+
 pub(super) mod absent_lobes;
 pub(super) mod best_start;
 mod coarse_to_fine;

@@ -1,6 +1,6 @@
 //! Minimising on part of the samples.
 
-use super::absent_lobes::past_absent_lobes;
+use super::absent_lobes::minimise_escaping_absent_lobes;
 use crate::error::Error;
 use crate::fit::problem::loss::Objective;
 use crate::fit::problem::observed::Observed;
@@ -9,6 +9,9 @@ use crate::parameters::ParameterTable;
 use crate::solver::{Solution, Tolerances, minimise};
 use nalgebra::DVector;
 use std::sync::Arc;
+
+/// Minima need to be told from each other, no more.
+const TOLERANCES: Tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
 
 impl Task<'_> {
     /// The minimum that the parameters of `table` lead to, as near as comparing minima takes.
@@ -21,9 +24,8 @@ impl Task<'_> {
     ) -> Result<Solution, Error> {
         let problem = self.problem(samples, table, objective);
         let start = DVector::from_vec(problem.table().coordinates());
-        let tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
-        past_absent_lobes(&problem, problem.table(), start, |start| {
-            minimise(&problem, start, tolerances, self.limits(iterations, None))
+        minimise_escaping_absent_lobes(&problem, problem.table(), start, |start| {
+            minimise(&problem, start, TOLERANCES, self.limits(iterations, None))
         })
     }
 }

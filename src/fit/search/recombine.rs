@@ -6,31 +6,29 @@
 
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::model::Role;
-use crate::parameters::{ParameterTable, Row, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Status};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
 /// A gain below this share of the whole cost is none.
 const GAIN: f64 = 1e-6;
 
-/// A place that was seen: parameters, and the cost of each channel there.
-struct Seen<'t> {
+/// A place and the cost of each channel there.
+struct Place<'t> {
     table: &'t ParameterTable,
     costs: Vec<f64>,
 }
 
-impl Seen<'_> {
+impl Place<'_> {
+    /// The cost of all channels.
     fn cost(&self) -> f64 {
         self.costs.iter().sum()
     }
-
-    fn cost_of(&self, channel: usize) -> f64 {
-        self.costs.get(channel).copied().unwrap_or(f64::INFINITY)
-    }
 }
 
-/// Of every channel the place where it costs least, on the shared parameters of the best place; none if that is the
-/// best place itself, or the model has no shape to search for in each channel. `problem` poses the problem at a place.
+/// The parameters of each channel from the place where it costs least, the shared ones from the best place. `None` if that
+/// is the best place itself, or the model has no shape to search for in each channel. `problem` poses the problem at a
+/// place.
 pub(super) fn recombined<'t, 'p>(
     places: &[&'t ParameterTable],
     problem: impl Fn(&ParameterTable) -> ReflectanceProblem<'p> + Sync,
@@ -38,18 +36,22 @@ pub(super) fn recombined<'t, 'p>(
     if !has_shapes_apart(places.first()?) {
         return None;
     }
-    let look = |table: &&'t ParameterTable| {
+
+    // The cost of each channel at each place.
+    let evaluate = |table: &&'t ParameterTable| {
         let costs = problem(table).channel_costs(&DVector::from_vec(table.coordinates()));
-        Seen { table, costs }
+        Place { table, costs }
     };
-    let seen: Vec<Seen<'t>> = places.par_iter().map(look).collect();
-    let best = seen.iter().min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
+    let places: Vec<Place<'t>> = places.par_iter().map(evaluate).collect();
+    let best = places.iter().min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
+
+    // What channels gain elsewhere.
     let mut table = best.table.clone();
     let mut any = false;
     for channel in 0..best.costs.len() {
-        let by_cost = |a: &&Seen<'_>, b: &&Seen<'_>| a.cost_of(channel).total_cmp(&b.cost_of(channel));
-        let Some(better) = seen.iter().min_by(by_cost) else { continue };
-        if better.cost_of(channel) >= best.cost_of(channel) - GAIN * best.cost() {
+        let cheaper = |least, place| if costs_less(place, least, channel) { place } else { least };
+        let better: &Place<'t> = places.iter().fold(best, cheaper);
+        if better.costs[channel] >= best.costs[channel] - GAIN * best.cost() {
             continue;
         }
         any = true;
@@ -63,11 +65,17 @@ pub(super) fn recombined<'t, 'p>(
     any.then_some(table)
 }
 
+/// Whether a channel costs less at one place than at another.
+fn costs_less(place: &Place<'_>, other: &Place<'_>, channel: usize) -> bool {
+    place.costs[channel].total_cmp(&other.costs[channel]).is_lt()
+}
+
 /// Whether channels have shapes of their own that are searched for.
 fn has_shapes_apart(table: &ParameterTable) -> bool {
     table.rows().iter().any(|row| is_apart(row) && row.spec.role == Role::Shape && row.spec.scanned)
 }
 
-fn is_apart(row: &Row) -> bool {
+/// Whether a parameter is fitted in each channel by itself.
+fn is_apart(row: &ParameterRow) -> bool {
     row.status == Status::Free && row.channel.is_some()
 }

@@ -5,7 +5,7 @@
 //! 1973; for reflectance Yu, Seo and Lee 2011). The amplitudes are solved in the fit's own metric, on a
 //! few hundred samples.
 
-use super::absent_lobes::past_absent_lobes;
+use super::absent_lobes::minimise_escaping_absent_lobes;
 use super::recombine::recombined;
 use crate::error::Error;
 use crate::fit::problem::loss::Objective;
@@ -23,20 +23,31 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Points of the scan: along one shape, along each of two, and in all over three or more.
-const POINTS: [usize; 3] = [30, 20, 300];
-/// Starts that come out of it: with one shape, and with more.
-const STARTS: [usize; 2] = [5, 8];
-/// The amplitudes of a point are solved in as many iterations as products of amplitudes may take. Along one shape, of
-/// which nothing is hidden, so many tell which third of the points is worth the rest; with more shapes the way to the
-/// best minimum may begin at any point.
+/// Points of a scan along one shape.
+const POINTS_ON_A_LINE: usize = 30;
+/// Points of a scan of two shapes, along each of them.
+const POINTS_PER_SIDE: usize = 20;
+/// Points of a scan of three or more shapes, in all.
+const POINTS_IN_SPACE: usize = 300;
+/// Of this many times as many points about one in two is left when lobes of one kind are put in order.
+const POINTS_PER_ORDERED_POINT: usize = 2;
+/// Starts that come out of a scan of at most one shape.
+const STARTS_ON_A_LINE: usize = 5;
+/// Starts that come out of a scan of more shapes.
+const STARTS_IN_SPACE: usize = 8;
+/// Iterations that solve the amplitudes of a point: as many as products of amplitudes may take.
 const ITERATIONS: u64 = 40;
+/// Iterations that tell which points along one shape, of which nothing is hidden, are worth the rest. With more shapes the
+/// way to the best minimum may begin at any point, and each gets all of [`ITERATIONS`].
 const FIRST_ITERATIONS: u64 = 6;
+/// One point in this many is worth the rest.
 const PROMISING: usize = 3;
+/// Shapes up to which the points form a lattice, along whose sides the lowest cost can be told.
+const LATTICE_AXES: usize = 2;
 /// Channels that the points are compared in.
 const CHANNELS: usize = 4;
-/// Of so many times as many points about one in two is left when lobes of one kind are put in order.
-const ORDERED: usize = 2;
+/// A scan needs to tell basins apart, no more.
+const TOLERANCES: Tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };
 
 /// A place to start from.
 #[derive(Clone, Debug)]
@@ -47,10 +58,10 @@ pub(super) struct Candidate {
     pub(super) cost: f64,
 }
 
-/// What the scan has seen.
+/// The result of a scan.
 #[derive(Clone, Debug)]
 pub(super) struct Scan {
-    /// How many shapes were scanned.
+    /// Number of shapes that were scanned.
     pub(super) axes: usize,
     /// The most promising starts, the best first.
     pub(super) candidates: Vec<Candidate>,
@@ -63,15 +74,15 @@ pub(super) struct Scan {
 pub(in crate::fit) struct Profile {
     /// The shape's first row.
     pub(in crate::fit) row: usize,
-    /// Values, ascending, and costs.
+    /// Values of the shape, ascending, each with the lowest cost there.
     pub(in crate::fit) points: Vec<(f64, f64)>,
 }
 
-/// What a scan looks at.
+/// The samples of a scan.
 pub(super) struct ScanSamples<'a> {
-    /// Samples in a few channels: the shapes are mostly the same in all.
+    /// In a few channels: the shapes are mostly the same in all.
     some: Arc<Observed<'a>>,
-    /// The same samples in all channels, where there are more: the amplitudes are not.
+    /// In all channels, because the amplitudes differ; `None` where those are the few.
     all: Option<Arc<Observed<'a>>>,
 }
 
@@ -90,8 +101,10 @@ impl<'a> ScanSamples<'a> {
 
 /// One axis of the scan: a free shape parameter, over all channels that it has.
 struct Axis {
+    /// Rows of the parameter table, at least one.
     rows: Vec<usize>,
     scale: Scale,
+    /// The smallest and the largest value.
     range: (f64, f64),
 }
 
@@ -110,22 +123,19 @@ impl Axis {
 fn axes(table: &ParameterTable) -> Vec<Axis> {
     let mut axes: Vec<Axis> = Vec::new();
     for lobe in 0..table.lobes().len() {
-        for parameter in 0.. {
+        for parameter in 0..table.parameters_of(lobe) {
             let rows: Vec<usize> = table
                 .places(lobe, parameter)
                 .iter()
                 .copied()
                 .filter(|index| {
-                    table.rows().get(*index).is_some_and(|row| {
-                        let open = row.status == Status::Free && !row.given;
-                        open && row.spec.role == Role::Shape && row.spec.scanned
-                    })
+                    let row = &table.rows()[*index];
+                    let open = row.status == Status::Free && !row.given;
+                    open && row.spec.role == Role::Shape && row.spec.scanned
                 })
                 .collect();
-            if table.places(lobe, parameter).is_empty() {
-                break;
-            }
-            let Some(row) = rows.first().and_then(|index| table.rows().get(*index)) else { continue };
+            let Some(first) = rows.first() else { continue };
+            let row = &table.rows()[*first];
             let (typical, bounds) = (row.spec.typical, row.bounds);
             // Bounds outside the typical range leave nothing of it; then they are the range.
             let clipped = (typical.0.max(bounds.0), typical.1.min(bounds.1));
@@ -136,27 +146,32 @@ fn axes(table: &ParameterTable) -> Vec<Axis> {
     axes
 }
 
-/// The fractions of each axis' range at each point of the scan.
+/// The fractions of each axis' range at each point of a scan; more of them if the lobes' `order` leaves only some.
 fn scan_points(axes: usize, seed: u64, ordered: bool) -> Vec<Vec<f64>> {
-    let [line, plane, volume] = POINTS;
     let centre = |i: usize, n: usize| (count(i) + 0.5) / count(n);
     match axes {
         0 => vec![Vec::new()],
-        1 => (0..line).map(|i| vec![centre(i, line)]).collect(),
-        2 => (0..plane * plane).map(|i| vec![centre(i / plane, plane), centre(i % plane, plane)]).collect(),
+        1 => (0..POINTS_ON_A_LINE).map(|i| vec![centre(i, POINTS_ON_A_LINE)]).collect(),
+        2 => {
+            let side = POINTS_PER_SIDE;
+            (0..side * side).map(|i| vec![centre(i / side, side), centre(i % side, side)]).collect()
+        }
         // Halton's sequence (1960) fills more dimensions evenly with few points; shifted at random
-        // (Cranley and Patterson 1976), another seed looks elsewhere.
+        // (Cranley and Patterson 1976), another seed tries other points.
         _ => {
-            const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
+            let points = if ordered { POINTS_PER_ORDERED_POINT * POINTS_IN_SPACE } else { POINTS_IN_SPACE };
             let mut rng = Pcg64Mcg::seed_from_u64(seed);
             let shifts: Vec<f64> = (0..axes).map(|_| rng.random()).collect();
-            let coordinate = |i: usize, axis: usize, shift: f64| {
-                (halton(i, PRIMES.get(axis).copied().unwrap_or(41 + axis)) + shift).fract()
-            };
-            let point = |i: usize| shifts.iter().enumerate().map(|(a, s)| coordinate(i, a, *s)).collect();
-            (1..=if ordered { ORDERED * volume } else { volume }).map(point).collect()
+            let coordinate = |i: usize, axis: usize| (halton(i, halton_base(axis)) + shifts[axis]).fract();
+            (1..=points).map(|i| (0..axes).map(|axis| coordinate(i, axis)).collect()).collect()
         }
     }
+}
+
+/// The base of Halton's sequence along an axis: a prime, as long as the table lasts.
+fn halton_base(axis: usize) -> usize {
+    const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
+    PRIMES.get(axis).copied().unwrap_or(41 + axis)
 }
 
 /// The radical inverse of `index`.
@@ -170,94 +185,146 @@ fn halton(index: usize, base: usize) -> f64 {
     result
 }
 
-/// Scans the shapes.
-///
-/// # Errors
-/// [`Error::Optimiser`] for a defect.
-pub(super) fn scan(
-    expression: &Expression,
-    samples: &ScanSamples<'_>,
-    table: &ParameterTable,
-    objective: Objective,
-    seed: u64,
-    limits: &Limits,
-) -> Result<Scan, Error> {
-    let axes = axes(table);
-    let [along_a_line, in_space] = STARTS;
-    let wanted = if axes.len() < 2 { along_a_line } else { in_space };
-    let ordered = table.has_exchangeable_lobes();
-    let place = |point: &[f64]| {
-        let mut table = table.clone();
-        for (axis, fraction) in axes.iter().zip(point) {
-            axis.rows.iter().for_each(|row| table.set_value(*row, axis.at(*fraction)));
+/// What a scan works with.
+pub(super) struct Scanner<'s> {
+    pub(super) expression: &'s Expression,
+    pub(super) samples: &'s ScanSamples<'s>,
+    pub(super) objective: Objective,
+    /// What ends a minimisation, beside the scan's own number of iterations.
+    pub(super) limits: Limits,
+}
+
+impl Scanner<'_> {
+    /// Scans the shapes of `table` that are free.
+    ///
+    /// # Errors
+    /// [`Error::Optimiser`] for a defect.
+    pub(super) fn scan(&self, table: &ParameterTable, seed: u64) -> Result<Scan, Error> {
+        // The points to try. Of those that differ only in which lobe is which, one is enough.
+        let axes = axes(table);
+        let ordered = table.has_exchangeable_lobes();
+        let (points, places): (Vec<Vec<f64>>, Vec<ParameterTable>) = scan_points(axes.len(), seed, ordered)
+            .into_iter()
+            .map(|point| {
+                let place = at_point(table, &axes, &point);
+                (point, place)
+            })
+            .filter(|(_, place)| !ordered || place.is_sorted())
+            .unzip();
+
+        // The amplitudes at each point, and the points that are worth following.
+        let on_a_line = axes.len() == 1;
+        let candidates = if on_a_line {
+            self.solve_the_promising(places)?
+        } else {
+            self.solve_all(&self.samples.some, places, ITERATIONS)?
+        };
+        let wanted = if axes.len() < 2 { STARTS_ON_A_LINE } else { STARTS_IN_SPACE };
+        let chosen = choose(&points, &candidates, axes.len(), wanted);
+        let profiles =
+            if axes.len() <= LATTICE_AXES { profiles(&axes, &points, &candidates) } else { Vec::new() };
+
+        // Where channels have shapes of their own, each may start at another point.
+        let tables: Vec<&ParameterTable> = candidates.iter().map(|candidate| &candidate.table).collect();
+        let apart = recombined(&tables, |table| self.problem(&self.samples.some, table.clone()))
+            .map(|table| self.solve_amplitudes(&self.samples.some, table, ITERATIONS))
+            .transpose()?;
+        let mut starts: Vec<Candidate> = chosen.into_iter().map(|index| candidates[index].clone()).collect();
+        starts.extend(apart);
+
+        // The shapes are mostly the same in all channels, the amplitudes are not.
+        if let Some(all) = &self.samples.all {
+            let iterations = if on_a_line { FIRST_ITERATIONS } else { ITERATIONS };
+            let tables = starts.into_iter().map(|start| start.table).collect();
+            starts = self.solve_all(all, tables, iterations)?;
         }
-        table
-    };
-    // Of points that differ only in which lobe is which, one is enough.
-    let points: Vec<Vec<f64>> = scan_points(axes.len(), seed, ordered)
-        .into_iter()
-        .filter(|point| !ordered || place(point).is_sorted())
-        .collect();
-    let solve = |samples: &Arc<Observed<'_>>, table: ParameterTable, iterations: u64| {
-        let limits = Limits { iterations, observer: None, ..limits.clone() };
-        solve_amplitudes(expression, samples, table, objective, &limits)
-    };
-    let on_a_line = axes.len() == 1;
-    let first_iterations = if on_a_line { FIRST_ITERATIONS } else { ITERATIONS };
-    let first_look = |point: &Vec<f64>| solve(&samples.some, place(point), first_iterations);
-    let candidates: Result<Vec<Candidate>, Error> = points.par_iter().map(first_look).collect();
-    let mut candidates = candidates?;
-    let wanting = if on_a_line { candidates.len().div_ceil(PROMISING) } else { 0 };
-    let promising: Vec<usize> = ranking(&candidates).into_iter().take(wanting).collect();
-    let more: Result<Vec<Candidate>, Error> = promising
-        .par_iter()
-        .filter_map(|index| candidates.get(*index))
-        .map(|candidate| solve(&samples.some, candidate.table.clone(), ITERATIONS))
-        .collect();
-    for (index, candidate) in promising.into_iter().zip(more?) {
-        candidates.get_mut(index).into_iter().for_each(|place| *place = candidate.clone());
+        Ok(Scan { axes: axes.len(), candidates: starts, profiles })
     }
 
-    let order = ranking(&candidates);
-    let spacing = count(candidates.len().max(1)).powf(-1.0 / count(axes.len().max(1)));
+    /// Solves the amplitudes at each place, first roughly, then those of the most promising places well.
+    fn solve_the_promising(&self, places: Vec<ParameterTable>) -> Result<Vec<Candidate>, Error> {
+        let mut candidates = self.solve_all(&self.samples.some, places, FIRST_ITERATIONS)?;
+        let wanted = candidates.len().div_ceil(PROMISING);
+        let promising: Vec<usize> = ranking(&candidates).into_iter().take(wanted).collect();
+        let places = promising.iter().map(|index| candidates[*index].table.clone()).collect();
+        let solved = self.solve_all(&self.samples.some, places, ITERATIONS)?;
+        for (index, candidate) in promising.into_iter().zip(solved) {
+            candidates[index] = candidate;
+        }
+        Ok(candidates)
+    }
+
+    /// Solves the amplitudes at each place.
+    fn solve_all(
+        &self,
+        samples: &Arc<Observed<'_>>,
+        places: Vec<ParameterTable>,
+        iterations: u64,
+    ) -> Result<Vec<Candidate>, Error> {
+        places.into_par_iter().map(|place| self.solve_amplitudes(samples, place, iterations)).collect()
+    }
+
+    /// Solves the amplitudes for the shapes of `table`.
+    fn solve_amplitudes(
+        &self,
+        samples: &Arc<Observed<'_>>,
+        mut table: ParameterTable,
+        iterations: u64,
+    ) -> Result<Candidate, Error> {
+        let problem = self.problem(samples, table.with_fixed(Role::Shape));
+        let start = DVector::from_vec(problem.table().coordinates());
+        let limits = Limits { iterations, observer: None, ..self.limits.clone() };
+        let solution = minimise_escaping_absent_lobes(&problem, problem.table(), start, |start| {
+            minimise(&problem, start, TOLERANCES, limits.clone())
+        })?;
+        let mut solved = problem.table().clone();
+        solved.set_coordinates(solution.x.as_slice());
+        for (index, row) in solved.rows().iter().enumerate() {
+            table.set_value(index, row.value);
+        }
+        table.start_here();
+        Ok(Candidate { table, cost: solution.cost })
+    }
+
+    fn problem<'p>(&'p self, samples: &Arc<Observed<'p>>, table: ParameterTable) -> ReflectanceProblem<'p> {
+        ReflectanceProblem::of(self.expression, Arc::clone(samples), table, self.objective)
+    }
+}
+
+/// The parameters of `table` with the shapes at a point of the scan.
+fn at_point(table: &ParameterTable, axes: &[Axis], point: &[f64]) -> ParameterTable {
+    assert_eq!(axes.len(), point.len(), "a coordinate per axis");
+    let mut table = table.clone();
+    for (axis, fraction) in axes.iter().zip(point) {
+        axis.rows.iter().for_each(|row| table.set_value(*row, axis.at(*fraction)));
+    }
+    table
+}
+
+/// The indices of up to `wanted` candidates to follow: the minima among their neighbours come first, then the best of what
+/// lies away from them.
+fn choose(points: &[Vec<f64>], candidates: &[Candidate], axes: usize, wanted: usize) -> Vec<usize> {
+    assert_eq!(points.len(), candidates.len(), "a candidate per point");
+    let order = ranking(candidates);
+    let spacing = count(candidates.len().max(1)).powf(-1.0 / count(axes.max(1)));
     let near = |i: &usize, j: &usize| {
-        let (Some(a), Some(b)) = (points.get(*i), points.get(*j)) else { return false };
-        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1.5 * spacing)
+        points[*i].iter().zip(&points[*j]).all(|(a, b)| (a - b).abs() <= 1.5 * spacing)
     };
-    // The profile's own minima come first, then the best of what lies away from them.
     let is_minimum = |i: &usize| order.iter().take_while(|j| j != &i).all(|j| !near(i, j));
-    let minima: Vec<usize> = order.iter().copied().filter(is_minimum).collect();
-    let mut chosen: Vec<usize> = minima.into_iter().take(wanted).collect();
+    let minima = order.iter().copied().filter(is_minimum);
+    let mut chosen: Vec<usize> = minima.take(wanted).collect();
     for index in &order {
         if chosen.len() < wanted && chosen.iter().all(|other| !near(index, other)) {
             chosen.push(*index);
         }
     }
-    let profiles = if axes.len() <= 2 { profiles(&axes, &points, &candidates) } else { Vec::new() };
-    // Where channels have shapes of their own, each may start at another point.
-    let tables: Vec<&ParameterTable> = candidates.iter().map(|candidate| &candidate.table).collect();
-    let problem = |table: &ParameterTable| {
-        ReflectanceProblem::of(expression, Arc::clone(&samples.some), table.clone(), objective)
-    };
-    let apart =
-        recombined(&tables, problem).map(|table| solve(&samples.some, table, ITERATIONS)).transpose()?;
-    let candidates = chosen.into_iter().filter_map(|index| candidates.get(index).cloned()).chain(apart);
-    let candidates: Result<Vec<Candidate>, Error> = match &samples.all {
-        None => Ok(candidates.collect()),
-        Some(all) => candidates
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .map(|candidate| solve(all, candidate.table, first_iterations))
-            .collect(),
-    };
-    Ok(Scan { axes: axes.len(), candidates: candidates?, profiles })
+    chosen
 }
 
 /// The candidates' indices, the best first.
 fn ranking(candidates: &[Candidate]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..candidates.len()).collect();
-    let cost = |i: &usize| candidates.get(*i).map_or(f64::INFINITY, |c| c.cost);
-    order.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+    order.sort_by(|a, b| candidates[*a].cost.total_cmp(&candidates[*b].cost));
     order
 }
 
@@ -266,41 +333,15 @@ fn profiles(axes: &[Axis], points: &[Vec<f64>], candidates: &[Candidate]) -> Vec
     let profile = |(index, axis): (usize, &Axis)| {
         let mut lowest: Vec<(f64, f64)> = Vec::new();
         for (point, candidate) in points.iter().zip(candidates) {
-            let Some(fraction) = point.get(index) else { continue };
-            match lowest.iter_mut().find(|(f, _)| f == fraction) {
+            let fraction = point[index];
+            match lowest.iter_mut().find(|(f, _)| *f == fraction) {
                 Some((_, cost)) => *cost = cost.min(candidate.cost),
-                None => lowest.push((*fraction, candidate.cost)),
+                None => lowest.push((fraction, candidate.cost)),
             }
         }
         lowest.sort_by(|a, b| a.0.total_cmp(&b.0));
         let points = lowest.into_iter().map(|(fraction, cost)| (axis.at(fraction), cost)).collect();
-        Some(Profile { row: *axis.rows.first()?, points })
+        Profile { row: axis.rows[0], points }
     };
-    axes.iter().enumerate().filter_map(profile).collect()
-}
-
-/// Solves the amplitudes for the shapes of `table`.
-fn solve_amplitudes(
-    expression: &Expression,
-    samples: &Arc<Observed<'_>>,
-    table: ParameterTable,
-    objective: Objective,
-    limits: &Limits,
-) -> Result<Candidate, Error> {
-    let problem =
-        ReflectanceProblem::of(expression, Arc::clone(samples), table.with_fixed(Role::Shape), objective);
-    let start = DVector::from_vec(problem.table().coordinates());
-    // A scan needs to tell basins apart, no more.
-    let tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };
-    let solution = past_absent_lobes(&problem, problem.table(), start, |start| {
-        minimise(&problem, start, tolerances, limits.clone())
-    })?;
-    let mut solved = problem.table().clone();
-    solved.set_coordinates(solution.x.as_slice());
-    let mut table = table;
-    for (index, row) in solved.rows().iter().enumerate() {
-        table.set_value(index, row.value);
-    }
-    table.start_here();
-    Ok(Candidate { table, cost: solution.cost })
+    axes.iter().enumerate().map(profile).collect()
 }

@@ -28,19 +28,19 @@ use std::time::Instant;
 /// Fits repeated on resampled angles of incidence.
 #[derive(Clone, Debug)]
 pub struct Resampled {
-    /// How many fits there are.
+    /// Number of fits.
     pub replicates: usize,
-    /// Smallest and largest `theta_i` of each group of samples that was drawn or not, degrees.
+    /// The smallest and the largest `theta_i` of each group of samples that could be drawn, degrees.
     pub theta_i_deg: Vec<[f64; 2]>,
     /// Rows of the free parameters.
     rows: Vec<usize>,
-    /// Per free parameter, per fit, in the parameter's own unit.
+    /// The values of each free parameter, fit by fit, in the parameter's own unit.
     values: Vec<Vec<f64>>,
 }
 
-/// Fits repeated. The standard error of a standard error is then 5 %.
+/// Number of repeated fits. The standard error of a standard error is then 5 %.
 const REPLICATES: usize = 200;
-/// Fewer tell nothing of the ends of an interval.
+/// Fewest repeated fits; fewer tell nothing of the ends of an interval.
 const FEWEST_REPLICATES: usize = 50;
 /// Fewer angles than this can be drawn in too few ways.
 const FEWEST_GROUPS: usize = 5;
@@ -49,10 +49,10 @@ const LOOSE: Tolerances = Tolerances { step: 1e-5, cost: 1e-6, gradient: 1e-6, r
 /// Fits that take longer than this creep along a valley, and count from where they got to: without them the
 /// errors would come out too small.
 const ITERATIONS: u64 = 20;
-/// Up to so many samples several fits run at once; with more each fit divides its samples among the
+/// Up to this many samples several fits run at once; with more each fit divides its samples among the
 /// threads, and one copy of them is enough.
 const SMALL: usize = 50_000;
-/// So many at once. Which fits are made, and what they find, does not depend on it.
+/// Fits that run at once. Which fits are made, and what they find, does not depend on it.
 const AT_ONCE: usize = 20;
 /// Tells the draw of angles from the other draws with the same seed.
 const BOOTSTRAP_STREAM: u64 = 0x626f_6f74_7374;
@@ -112,7 +112,7 @@ pub(in crate::fit) fn resample(
     let short =
         (finished < REPLICATES).then(|| cut_short("the standard errors are coarser than they could be"));
     let rows = table.free().to_vec();
-    let column = |place: usize| fits.iter().filter_map(|fit| fit.get(place).copied()).collect();
+    let column = |place: usize| fits.iter().map(|fit| fit[place]).collect();
     let values = (0..rows.len()).map(column).collect();
     let theta_i_deg = groups.theta_i_deg.clone();
     Ok((Some(Resampled { replicates: finished, theta_i_deg, rows, values }), short))
@@ -128,7 +128,7 @@ fn draws(n: usize, seed: u64) -> Vec<Vec<usize>> {
     let mut one = || {
         let mut times = vec![0; n];
         for _ in 0..n {
-            times.get_mut(rng.random_range(0..n)).into_iter().for_each(|k| *k += 1);
+            times[rng.random_range(0..n)] += 1;
         }
         times
     };
@@ -143,7 +143,7 @@ struct Repeated {
 }
 
 impl Task<'_> {
-    /// The fit on groups drawn so many `times` each; none if it was stopped or has no finite cost.
+    /// The fit on groups drawn `times` each; `None` if it was stopped or has no finite cost.
     fn repeat(
         &self,
         objective: Objective,
@@ -151,17 +151,17 @@ impl Task<'_> {
         times: &[usize],
         table: &ParameterTable,
     ) -> Result<Option<Repeated>, Error> {
-        // Even one look at a large table would keep the user waiting.
+        // Even one pass over a large table would keep the user waiting.
         let limits = self.limits(ITERATIONS, None);
         let told = limits.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
         if told || limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             return Ok(None);
         }
-        let times_of = |group: usize| times.get(group).copied().unwrap_or(0);
-        let kept = groups.samples_of(|group| times_of(group) > 0);
+        assert_eq!(times.len(), groups.len(), "number of groups");
+        let kept = groups.samples_of(|group| times[group] > 0);
         let mut drawn = self.samples.at(&kept);
         for (weight, sample) in drawn.weights.iter_mut().zip(&kept) {
-            *weight *= count(groups.of_sample.get(*sample).map_or(0, |group| times_of(*group)));
+            *weight *= count(times[groups.of_sample[*sample]]);
         }
         let problem = self.problem(&self.observe(&drawn), table.clone(), objective);
         let start = DVector::from_vec(table.coordinates());
@@ -180,10 +180,10 @@ impl Task<'_> {
 }
 
 impl Resampled {
-    /// The parameter in a row of the table, fit by fit.
+    /// The values of the parameter in a row of the table, fit by fit; `None` if it is not free.
     fn of(&self, row: usize) -> Option<&[f64]> {
         let place = self.rows.iter().position(|r| *r == row)?;
-        self.values.get(place).map(Vec::as_slice)
+        Some(&self.values[place])
     }
 
     /// The 95 % interval of the parameter in a row of the table: the 2.5 and 97.5 percentiles.
@@ -204,12 +204,13 @@ impl Resampled {
         let fits = self.replicates;
         // Differences from the mean, such that their products are unbiased covariances.
         let of_row = |row: &usize| {
-            let values = self.of(*row).unwrap_or_default();
+            let values = self.of(*row)?;
             let mean = mean(values);
             let unit = (count(fits) - 1.0).sqrt();
-            DVector::from_fn(fits, |k, _| values.get(k).map_or(f64::NAN, |value| (value - mean) / unit))
+            Some(DVector::from_fn(fits, |k, _| (values[k] - mean) / unit))
         };
-        let columns: Vec<DVector<f64>> = formula.rows.iter().map(of_row).collect();
+        let columns: Vec<DVector<f64>> = formula.rows.iter().filter_map(of_row).collect();
+        assert_eq!(columns.len(), formula.rows.len(), "the free parameters are those of the repeated fits");
         let entries = BlockMatrix::products(DMatrix::from_columns(&columns));
         Covariance { method: Method::BlockBootstrap, entries, ..formula }
     }
@@ -227,13 +228,14 @@ fn covariance(a: &[f64], b: &[f64]) -> f64 {
 
 /// The 2.5 and 97.5 percentiles, linear between the values.
 fn percentiles(values: &[f64]) -> [f64; 2] {
+    assert!(!values.is_empty(), "values to sort");
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
-    let last = sorted.len().saturating_sub(1);
+    let last = sorted.len() - 1;
     [0.025, 0.975].map(|share| {
         let position = share * count(last);
         let below = (0..=last).rev().find(|k| count(*k) <= position).unwrap_or(0);
-        let at = |k: usize| sorted.get(k.min(last)).copied().unwrap_or(f64::NAN);
+        let at = |k: usize| sorted[k.min(last)];
         let (low, high) = (at(below), at(below + 1));
         low + (position - count(below)) * (high - low)
     })

@@ -15,7 +15,7 @@
 //!
 //! Matrices over all parameters are never formed: `arrow` takes the model apart channel by channel.
 
-use crate::parameters::{ParameterTable, Row};
+use crate::parameters::ParameterTable;
 use crate::solver::Linearisation;
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::inverse::block_matrix::BlockMatrix;
@@ -69,11 +69,11 @@ pub struct Covariance {
     pub(super) unbounded: Unbounded,
 }
 
-/// A parameter with so large a part in a direction of unit length belongs to the combination.
+/// A parameter whose part in a direction of unit length is larger than this belongs to the combination.
 const IN_COMBINATION: f64 = 0.3;
-/// A direction of unit length with so large a part among those that are not determined is not determined itself.
+/// A direction of unit length whose part among those that are not determined is larger than this is not determined itself.
 const IN_NULL_DIRECTION: f64 = 0.05;
-/// A variance that holding others at their bounds makes so many times smaller says little.
+/// A variance that holding others at their bounds makes this many times smaller says little.
 const INFLATION: f64 = 5.0;
 
 /// Half of a 95 % interval in standard errors: the 0.975 quantile of Student's t.
@@ -110,7 +110,7 @@ impl Known {
     ) -> Option<Self> {
         let (columns, rows): (Vec<usize>, Vec<usize>) = selected.iter().copied().unzip();
         let arrow = Arrow::new(model, n, columns)?;
-        let unit = |(row, length): (&usize, &f64)| table.rows().get(*row).map_or(0.0, Row::stretch) / length;
+        let unit = |(row, length): (&usize, &f64)| table.rows()[*row].slope() / length;
         let units = DVector::from_iterator(rows.len(), rows.iter().zip(arrow.lengths.iter()).map(unit));
         Some(Self { inverse: arrow.inverse(), unknown: arrow.unknown(), rows, arrow, units })
     }
@@ -147,7 +147,7 @@ pub(super) struct Unbounded {
 
 impl Covariance {
     /// The covariance from the linear model and, for the sandwich, the scatter rows, which come in the same blocks.
-    /// `scatter` makes the latter from the model taken apart. None if no parameter is left or there are no degrees of
+    /// `scatter` makes the latter from the model taken apart. `None` if no parameter is left or there are no degrees of
     /// freedom.
     pub(super) fn new(
         table: &ParameterTable,
@@ -157,7 +157,7 @@ impl Covariance {
     ) -> Option<Self> {
         let all: Vec<(usize, usize)> = table.free().iter().copied().enumerate().collect();
         let n = all.len();
-        let at_bound = |row: usize| table.rows().get(row).is_some_and(|r| r.at_lower() || r.at_upper());
+        let at_bound = |row: usize| table.rows()[row].at_lower() || table.rows()[row].at_upper();
         let inside: Vec<(usize, usize)> = all.iter().copied().filter(|(_, row)| !at_bound(*row)).collect();
         if inside.is_empty() || dof <= 0.0 {
             return None;
@@ -182,8 +182,8 @@ impl Covariance {
         let lost_inside = inside.undetermined();
         let mut undetermined = lost_inside.clone();
         for (i, index) in inside.rows.iter().enumerate() {
-            let Some(row) = table.rows().get(*index) else { continue };
-            let error = entries.entry(i, i).map_or(f64::NAN, f64::sqrt) / row.stretch();
+            let row = &table.rows()[*index];
+            let error = entries.entry(i, i).sqrt() / row.slope();
             if !(error <= row.width() || lost_inside.contains(index)) {
                 undetermined.push(*index);
             }
@@ -193,7 +193,7 @@ impl Covariance {
         let lost_free = free.undetermined();
         let depends = |(i, row): (usize, &usize)| {
             let j = free.rows.binary_search(row).ok()?;
-            let larger = moving.entry(j, j)? > INFLATION * held.entry(i, i)?;
+            let larger = moving.entry(j, j) > INFLATION * held.entry(i, i);
             let lost = lost_free.contains(row) && !lost_inside.contains(row);
             (larger || lost).then_some(*row)
         };
@@ -225,23 +225,24 @@ impl Covariance {
         self.discarded = rows;
     }
 
+    /// The place of a row of the table in `rows`, if it has an error.
     fn position(&self, row: usize) -> Option<usize> {
         let no_error = [&self.undetermined, &self.dependent, &self.discarded];
         self.rows.binary_search(&row).ok().filter(|_| !no_error.iter().any(|rows| rows.contains(&row)))
     }
 
-    /// Standard error of the parameter in a row of the table; none at a bound, held, undetermined, dependent
-    /// or discarded, and none of 0: data without noise do not tell how large it is.
+    /// Standard error of the parameter in a row of the table. `None` at a bound, held, undetermined, dependent
+    /// or discarded, and instead of 0: data without noise do not tell how large it is.
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;
-        self.entries.entry(i, i).map(f64::sqrt).filter(|e| e.is_finite() && *e > 0.0)
+        Some(self.entries.entry(i, i).sqrt()).filter(|e| e.is_finite() && *e > 0.0)
     }
 
     /// Covariance of the parameters in two rows.
     #[must_use]
     pub fn between(&self, a: usize, b: usize) -> Option<f64> {
-        self.entries.entry(self.position(a)?, self.position(b)?)
+        Some(self.entries.entry(self.position(a)?, self.position(b)?))
     }
 
     /// Correlation of the parameters in two rows, -1..1.
@@ -261,8 +262,7 @@ impl Covariance {
         let mut pairs = Vec::new();
         for (k, (i, a, error_a)) in known.iter().enumerate() {
             for (j, b, error_b) in known.iter().skip(k + 1) {
-                let Some(entry) = self.entries.entry(*i, *j) else { continue };
-                let correlation = (entry / (error_a * error_b)).clamp(-1.0, 1.0);
+                let correlation = (self.entries.entry(*i, *j) / (error_a * error_b)).clamp(-1.0, 1.0);
                 if correlation.abs() > least {
                     pairs.push((correlation, *a, *b));
                 }
@@ -274,7 +274,7 @@ impl Covariance {
     /// Standard error of a sum of parameters, each given by its row and its weight.
     ///
     /// The sum may be determined where its terms are not, and where one of them is at a bound, which is
-    /// left out of account. None if it is not determined itself, or none of the rows is free.
+    /// left out of account. `None` if it is not determined itself, or none of the rows is free.
     #[must_use]
     pub fn combined_error(&self, terms: &[(usize, f64)]) -> Option<f64> {
         let Unbounded { rows, entries, units, unknown } = &self.unbounded;
@@ -283,7 +283,7 @@ impl Covariance {
         }
         let place = |(row, weight): &(usize, f64)| Some((rows.binary_search(row).ok()?, *weight));
         let weights: Vec<(usize, f64)> = terms.iter().filter_map(place).collect();
-        let scaled = |(i, weight): &(usize, f64)| (*i, weight * units.get(*i).copied().unwrap_or(0.0));
+        let scaled = |(i, weight): &(usize, f64)| (*i, weight * units[*i]);
         let direction: Vec<(usize, f64)> = weights.iter().map(scaled).collect();
         // A row may occur twice.
         let along = |(i, x): &(usize, f64)| -> f64 {

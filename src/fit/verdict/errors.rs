@@ -24,7 +24,7 @@ pub struct Errors {
     pub cbrt: f64,
     /// Mean |ln((F q + e)/(F* q + e))|, F = max(f, 0), q = max(cos_i cos_o, e), e = 1e-3.
     pub log_ratio: f64,
-    /// Sum |x - x*| / sum x*; none where the denominator is not positive.
+    /// Sum |x - x*| / sum x*; `None` where the denominator is not positive.
     pub relative: Option<f64>,
 }
 
@@ -92,7 +92,7 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
         .iter()
         .map(|values| {
             let lobes = expression.lobes().iter().zip(values);
-            let coefficients = lobes.map(|(lobe, (_, amplitudes))| lobe.model.coefficients(amplitudes));
+            let coefficients = lobes.map(|(lobe, values)| lobe.model.coefficients(&values.amplitudes));
             reflectance(&coefficients.collect::<Vec<_>>())
         })
         .collect();
@@ -110,14 +110,13 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
             for range in ranges {
                 samples.directions.fill(range.clone(), &mut block);
                 bases.iter_mut().for_each(BasisBlock::forget);
-                let weights = row(samples.weights.get(range.clone()).unwrap_or_default(), 0.0);
+                let weights = row(&samples.weights[range.clone()], 0.0);
                 let of_channels = all_values.iter().zip(&terms).zip(&samples.values).zip(&mut sums);
                 for (((values, terms), measured), sums) in of_channels {
-                    for ((lobe, (shapes, _)), basis) in expression.lobes().iter().zip(values).zip(&mut bases)
-                    {
-                        lobe.model.evaluate(&block, shapes, Derivatives::None, basis);
+                    for ((lobe, values), basis) in expression.lobes().iter().zip(values).zip(&mut bases) {
+                        lobe.model.evaluate(&block, &values.shapes, Derivatives::None, basis);
                     }
-                    let measured = row(measured.get(range.clone()).unwrap_or_default(), 0.0);
+                    let measured = row(&measured[range.clone()], 0.0);
                     let part = Comparison {
                         block: &block,
                         bases: &bases,
@@ -144,7 +143,7 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
     }
 }
 
-/// So many blocks are summed up by one thread.
+/// Blocks that one thread sums up at a time.
 const BLOCKS_PER_GROUP: usize = 64;
 
 /// One channel of one block.

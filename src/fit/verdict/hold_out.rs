@@ -16,7 +16,7 @@ use rand_pcg::Pcg64Mcg;
 /// How a fit does on samples that it has not seen.
 #[derive(Clone, Debug)]
 pub struct HeldOut {
-    /// How many samples those are.
+    /// Number of those samples.
     pub samples: usize,
     /// Smallest and largest `theta_i` of each group left out, degrees; twice the same for one angle.
     pub theta_i_deg: Vec<[f64; 2]>,
@@ -25,12 +25,12 @@ pub struct HeldOut {
 }
 
 /// Samples left out, before there is a fit to judge.
-pub(in crate::fit) struct Unseen {
+pub(in crate::fit) struct LeftOut {
     samples: Samples,
     theta_i_deg: Vec<[f64; 2]>,
 }
 
-impl Unseen {
+impl LeftOut {
     /// The errors of the model at the values in `table`.
     pub(in crate::fit) fn judge(&self, expression: &Expression, table: &ParameterTable) -> HeldOut {
         HeldOut {
@@ -65,7 +65,7 @@ pub(in crate::fit) fn split(
     fraction: f64,
     seed: u64,
     measurement: &Measurement,
-) -> Result<(Samples, Unseen), Error> {
+) -> Result<(Samples, LeftOut), Error> {
     let fraction = checked_fraction(fraction)?;
     let groups = samples.incidence_groups();
     if groups.len() < 2 {
@@ -80,11 +80,8 @@ pub(in crate::fit) fn split(
     let out = groups.samples_of(is_out);
     let mut fitted = samples.at(&groups.samples_of(|group| !is_out(group)));
     fitted.dropped.insert("held-out", out.len());
-    let unseen = Unseen {
-        samples: samples.at(&out),
-        theta_i_deg: left_out.iter().filter_map(|group| groups.theta_i_deg.get(*group).copied()).collect(),
-    };
-    Ok((fitted, unseen))
+    let theta_i_deg = left_out.iter().map(|group| groups.theta_i_deg[*group]).collect();
+    Ok((fitted, LeftOut { samples: samples.at(&out), theta_i_deg }))
 }
 
 /// `fraction` of the numbers below `n`, at least one and at most all but one, ascending.

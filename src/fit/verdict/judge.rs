@@ -9,83 +9,80 @@ use super::warnings;
 use crate::error::Error;
 use crate::fit::problem::loss::{LossKind, Objective};
 use crate::fit::problem::reflectance::ReflectanceProblem;
-use crate::fit::search::best_start::Found;
+use crate::fit::search::best_start::SearchOutcome;
 use crate::fit::task::Task;
 use crate::math::count;
 use crate::measurement::Weighting;
-use crate::parameters::{ParameterTable, Row, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Status};
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
 
 /// Samples on which it is tried what freeing a parameter would gain.
 const CHECK_SAMPLES: usize = 1500;
+/// Iterations of such a trial.
+const CHECK_ITERATIONS: u64 = 30;
 /// A parameter that would lower the cost by this share when freed is worth a warning.
 const WORTH_FREEING: f64 = 0.1;
-/// A loss that leaves a parameter less of its information than this treats what decides it as outliers.
+/// A loss that leaves a parameter less than this share of its information treats what decides it as outliers.
 const LEAST_INFORMATION: f64 = 0.1;
 
-impl Task<'_> {
-    /// The rows that a loss leaves little of what the samples know about them.
-    fn discarded(&self, table: &ParameterTable, solution: &Solution) -> Vec<usize> {
-        let plain = self.problem(&self.observe(self.samples), table.clone(), self.options.metric.into());
-        let lengths = |model: &Linearisation| model.column_lengths(solution.x.len());
-        let (kept, all) = (lengths(&solution.linearisation), lengths(&plain.linearise(&solution.x)));
-        let lost = |((row, kept), all): ((&usize, &f64), &f64)| {
-            (kept * kept < LEAST_INFORMATION * all * all).then_some(*row)
-        };
-        table.free().iter().zip(kept.iter()).zip(all.iter()).filter_map(lost).collect()
-    }
+/// How many values a fit has to go by.
+struct Counts {
+    /// Number of residuals.
+    n: usize,
+    /// Number of free parameters.
+    free: usize,
+    /// Degrees of freedom: `n` less `free`, as a whole number and as a real one.
+    dof: i64,
+    freedom: f64,
+}
 
+impl Counts {
+    fn new(n: usize, free: usize) -> Self {
+        let signed = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
+        Self { n, free, dof: signed(n) - signed(free), freedom: count(n) - count(free) }
+    }
+}
+
+impl Task<'_> {
     /// Everything that follows from the parameters found.
     pub(in crate::fit) fn judge(
         &self,
         problem: &ReflectanceProblem<'_>,
         table: ParameterTable,
         solution: Solution,
-        found: Found,
+        found: SearchOutcome,
         resampled: Option<Resampled>,
     ) -> Result<Fit, Error> {
+        // What the model misses, and whether that is enough to tell the parameters.
         let samples = self.samples;
-        let robust = found.objective.loss != LossKind::None;
         let errors = score(self.expression, samples, &table);
-        let n = problem.residuals();
-        let free = table.free().len();
-        let signed = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
-        let dof = signed(n) - signed(free);
-        let freedom = count(n) - count(free);
-        // A loss other than squares is no likelihood of the given standard deviations.
+        let counts = Counts::new(problem.residuals(), table.free().len());
+        let unusable = unusable(&solution, &counts, &errors);
+
+        // How well the parameters are known. A loss other than squares is no likelihood of the given standard deviations.
+        let robust = found.objective.loss != LossKind::None;
         let absolute = samples.weighting == Weighting::Sigma && !robust;
-        let typical = (solution.cost / freedom).sqrt();
-        let scatter = (!absolute).then_some(|inverse: &Arrow| {
-            problem.scatter(&solution.x, |columns| inverse.root(columns), typical)
-        });
-        // Where a fit was cut short there is no minimum to have errors.
-        let at_minimum = solution.termination.converged();
-        let mut covariance = if at_minimum {
-            Covariance::new(&table, &solution.linearisation, scatter, freedom)
-        } else {
-            None
-        };
-        if robust && let Some(covariance) = &mut covariance {
-            covariance.discard(self.discarded(&table, &solution));
-        }
+        let covariance = self.covariance(problem, &table, &solution, &counts, absolute, robust);
         // Without a covariance by the formula nothing says which parameters are determined.
         let resampled = resampled.filter(|_| covariance.is_some());
         let covariance = match &resampled {
             Some(resampled) => covariance.map(|formula| resampled.covariance(formula)),
             None => covariance,
         };
-        let unusable = unusable(&solution, free, dof, &errors);
+
+        // The error against the number of parameters.
+        let Counts { n, free, dof, freedom } = counts;
+        let reduced_chi2 = (absolute && dof > 0).then(|| solution.cost / freedom);
+        let selection =
+            if robust { Selection::default() } else { selection(solution.cost, n, free, absolute) };
+
         let mut fit = Fit {
             weighting: samples.weighting,
             used: samples.len(),
             dropped: samples.dropped.clone(),
-            reduced_chi2: (absolute && dof > 0).then(|| solution.cost / freedom),
-            selection: if robust {
-                Selection::default()
-            } else {
-                selection(solution.cost, n, free, absolute)
-            },
+            reduced_chi2,
+            selection,
             loss_scale: robust.then_some(found.objective.scale),
             errors,
             budget: None,
@@ -104,6 +101,8 @@ impl Task<'_> {
             warnings: Vec::new(),
             table,
         };
+
+        // What the user should know.
         let mut warnings = self.general_warnings(&fit);
         warnings.extend(warnings::at_bounds(&fit));
         warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
@@ -116,6 +115,42 @@ impl Task<'_> {
         Ok(fit)
     }
 
+    /// The covariance by the formula; `None` where the fit was cut short, since then there is no minimum to have errors.
+    fn covariance(
+        &self,
+        problem: &ReflectanceProblem<'_>,
+        table: &ParameterTable,
+        solution: &Solution,
+        counts: &Counts,
+        absolute: bool,
+        robust: bool,
+    ) -> Option<Covariance> {
+        if !solution.termination.converged() {
+            return None;
+        }
+        let typical = (solution.cost / counts.freedom).sqrt();
+        let scatter = (!absolute).then_some(|inverse: &Arrow| {
+            problem.scatter(&solution.x, |columns| inverse.root(columns), typical)
+        });
+        let mut covariance = Covariance::new(table, &solution.linearisation, scatter, counts.freedom)?;
+        if robust {
+            covariance.discard(self.discarded(table, solution));
+        }
+        Some(covariance)
+    }
+
+    /// The rows that a loss leaves little of what the samples know about them.
+    fn discarded(&self, table: &ParameterTable, solution: &Solution) -> Vec<usize> {
+        let plain = self.problem(&self.observe(self.samples), table.clone(), self.options.metric.into());
+        let lengths = |model: &Linearisation| model.column_lengths(solution.x.len());
+        let (kept, all) = (lengths(&solution.linearisation), lengths(&plain.linearise(&solution.x)));
+        let lost = |((row, kept), all): ((&usize, &f64), &f64)| {
+            (kept * kept < LEAST_INFORMATION * all * all).then_some(*row)
+        };
+        table.free().iter().zip(kept.iter()).zip(all.iter()).filter_map(lost).collect()
+    }
+
+    /// Warnings that do not depend on how well the parameters are known.
     fn general_warnings(&self, fit: &Fit) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if let Some(reason) = &fit.unusable {
@@ -143,10 +178,10 @@ impl Task<'_> {
 
     /// Parameters that are fixed by default and should not have been.
     fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
-        let mut doubted: Vec<&Row> = Vec::new();
+        let mut doubted: Vec<&ParameterRow> = Vec::new();
         for row in table.rows() {
             let by_default = row.spec.fixed && row.status == Status::Fixed && !row.given;
-            let same = |other: &&Row| (other.lobe, other.parameter) == (row.lobe, row.parameter);
+            let same = |other: &&ParameterRow| (other.lobe, other.parameter) == (row.lobe, row.parameter);
             if by_default && !doubted.iter().any(same) {
                 doubted.push(row);
             }
@@ -155,12 +190,12 @@ impl Task<'_> {
         if doubted.is_empty() {
             return Ok(warnings);
         }
-        let few = self.draws.part(CHECK_SAMPLES, self.options.seed);
-        let few = self.observe(&few);
-        let held = self.polish(&few, table.clone(), objective, 30)?.cost;
+        let check_samples = self.draws.part(CHECK_SAMPLES, self.options.seed);
+        let check_samples = self.observe(&check_samples);
+        let held = self.polish(&check_samples, table.clone(), objective, CHECK_ITERATIONS)?.cost;
         for row in doubted {
             let freed = table.with_freed(table.places(row.lobe, row.parameter));
-            let loose = self.polish(&few, freed, objective, 30)?.cost;
+            let loose = self.polish(&check_samples, freed, objective, CHECK_ITERATIONS)?.cost;
             if loose < (1.0 - WORTH_FREEING) * held {
                 let name = table.parameter_name(row);
                 warnings.push(Warning {
@@ -178,15 +213,16 @@ impl Task<'_> {
     }
 }
 
-/// Why a result is not to be used.
-fn unusable(solution: &Solution, free: usize, dof: i64, errors: &ErrorTable) -> Option<String> {
+/// Why a result is not to be used; `None` if it may be.
+fn unusable(solution: &Solution, counts: &Counts, errors: &ErrorTable) -> Option<String> {
     let finite = [errors.all.l2, errors.all.log, errors.all.cbrt].iter().all(|e| e.is_finite());
     if !finite || !solution.cost.is_finite() {
         return Some("the model is not finite at some samples".to_owned());
     }
-    if dof < 0 {
+    if counts.dof < 0 {
         return Some(format!(
-            "fewer values than the {free} free parameters: measure more directions, or --fix some parameters"
+            "fewer values than the {} free parameters: measure more directions, or --fix some parameters",
+            counts.free
         ));
     }
     match solution.termination {

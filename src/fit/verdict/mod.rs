@@ -1,5 +1,9 @@
 //! What follows from the parameters found: errors, their covariance, criteria, and what the user should know.
 
+// Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
+// number.
+#![allow(clippy::indexing_slicing)]
+
 pub(super) mod bootstrap;
 pub(super) mod covariance;
 pub(super) mod errors;

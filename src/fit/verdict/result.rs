@@ -20,9 +20,9 @@ pub struct Fit {
     pub table: ParameterTable,
     /// How the samples were weighted.
     pub weighting: Weighting,
-    /// Samples used.
+    /// Number of samples used.
     pub used: usize,
-    /// Samples left out, by reason.
+    /// Number of samples left out, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
     /// Every error.
     pub errors: ErrorTable,
@@ -30,7 +30,7 @@ pub struct Fit {
     pub budget: Option<Budget>,
     /// Every error on all samples that pass the filters, where there was a budget.
     pub errors_on_all: Option<Errors>,
-    /// Covariance of the free parameters.
+    /// Covariance of the free parameters; `None` where the fit was cut short or has no degrees of freedom.
     pub covariance: Option<Covariance>,
     /// The fits repeated on resampled angles of incidence, where the covariance is theirs.
     pub resampled: Option<Resampled>,
@@ -44,7 +44,7 @@ pub struct Fit {
     pub reduced_chi2: Option<f64>,
     /// Model selection.
     pub selection: Selection,
-    /// The scale of the loss; none without one.
+    /// The scale of the loss; `None` for least squares.
     pub loss_scale: Option<f64>,
     /// Errors on the samples held out, where some were.
     pub held_out: Option<HeldOut>,
@@ -52,7 +52,7 @@ pub struct Fit {
     pub starts: Vec<Start>,
     /// Why it stopped.
     pub termination: Termination,
-    /// Why the result is not usable; none if it is.
+    /// Why the result is not usable; `None` if it is.
     pub unusable: Option<String>,
     /// Iterations of the final fit.
     pub iterations: u64,
@@ -62,7 +62,7 @@ pub struct Fit {
     pub warnings: Vec<Warning>,
 }
 
-/// Criteria that weigh the error against the number of parameters; none where the cost is no likelihood.
+/// Criteria that weigh the error against the number of parameters; `None` where the cost is no likelihood.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Selection {
     /// Akaike's information criterion, corrected for small samples.

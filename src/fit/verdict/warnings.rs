@@ -10,24 +10,28 @@ use crate::parameters::{Product, Status, differ};
 
 /// Correlations beyond this are worth a warning.
 const STRONG_CORRELATION: f64 = 0.98;
-/// The same between the two factors of a lobe's strength, which few data tell apart.
+/// Correlations beyond this between the two factors of a lobe's strength, which few data tell apart, are worth a warning.
 const STRONG_WITHIN_PRODUCT: f64 = 0.99;
 /// Schlick's Fresnel term rises noticeably only beyond this angle, degrees (docs/fitting.md).
 const FRESNEL_REACH_DEG: f64 = 70.0;
-/// The same of a diffuse base and a lobe, which look alike when the lobe is rough.
+/// Correlations beyond this between a diffuse base and a lobe, which are alike when the lobe is rough, are worth a warning.
 const STRONG_WITH_BASE: f64 = 0.95;
 /// Beyond this ratio of singular values some combination of parameters is known far worse than others.
 const ILL_CONDITIONED: f64 = 1e3;
-/// So many samples, and such a share of all, that share the largest value of a channel were cut off there; where they
-/// stand out from the mean by less, the material is as good as evenly bright.
-const CUT_OFF: (usize, f64) = (10, 1e-3);
+/// The fewest samples with the largest value of a channel that were cut off there.
+const CUT_OFF: usize = 10;
+/// The least share of all samples that they must be.
+const CUT_OFF_SHARE: f64 = 1e-3;
+/// Where the largest value is less than this many times the mean, the material is as good as evenly bright, and nothing was
+/// cut off.
 const STANDS_OUT: f64 = 1.01;
 /// A share of the cost that no data are good enough to trust.
 const COST_RESOLUTION: f64 = 1e-3;
 /// Twice the logarithm of the likelihood falls by this at the end of a 95 % interval.
 const CHI2_95: f64 = 3.841;
-/// A profile that is flat over so large a ratio, or share of the range, says nothing useful.
+/// A profile that is flat over more than this ratio of values says nothing useful.
 const FLAT_RATIO: f64 = 2.0;
+/// The same of a share of the range, for shapes that are not fitted by their logarithm.
 const FLAT_SHARE: f64 = 0.3;
 
 /// A parameter at a bound.
@@ -52,7 +56,7 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
                 continue;
             }
             let name = table.parameter_name(row);
-            let channel = row.channel.and_then(|c| table.channels().get(c)).cloned();
+            let channel = row.channel.map(|channel| table.channels()[channel].clone());
             match groups.iter_mut().find(|group| group.name == name && group.upper == upper) {
                 Some(group) => group.channels.extend(channel),
                 None => {
@@ -153,12 +157,11 @@ fn products(fit: &Fit, samples: &Samples) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut reach = None;
     for Product { lobe, first, second } in table.products() {
-        let free = |row: usize| table.rows().get(row).is_some_and(|row| row.status == Status::Free);
+        let free = |row: usize| table.rows()[row].status == Status::Free;
         let mut strongest: f64 = 0.0;
         let mut both_free = false;
         for channel in 0..table.channels().len() {
-            let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
-            let (Some(a), Some(b)) = rows else { continue };
+            let (a, b) = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
             if !free(a) || !free(b) {
                 continue;
             }
@@ -175,8 +178,8 @@ fn products(fit: &Fit, samples: &Samples) -> Vec<Warning> {
             continue;
         }
         let name = |parameter: usize| {
-            let row = table.places(*lobe, parameter).first().and_then(|row| table.rows().get(*row));
-            row.map_or(("", String::new()), |row| (row.spec.name, table.parameter_name(row)))
+            let row = &table.rows()[table.places(*lobe, parameter)[0]];
+            (row.spec.name, table.parameter_name(row))
         };
         let ((first, full_first), (second, _)) = (name(*first), name(*second));
         let why = if weak {
@@ -209,13 +212,13 @@ fn largest_angle_deg(samples: &Samples) -> f64 {
 fn correlated(fit: &Fit) -> Vec<Warning> {
     let Some(covariance) = &fit.covariance else { return Vec::new() };
     let table = &fit.table;
-    let lobe_of = |row: usize| table.rows().get(row).map(|row| row.lobe);
-    let is_base = |row: usize| lobe_of(row).is_some_and(|lobe| !table.has_width(lobe));
-    let is_amplitude = |row: usize| table.rows().get(row).is_some_and(|row| row.spec.role == Role::Amplitude);
+    let lobe_of = |row: usize| table.rows()[row].lobe;
+    let is_base = |row: usize| !table.has_width(lobe_of(row));
+    let is_amplitude = |row: usize| table.rows()[row].spec.role == Role::Amplitude;
     let in_product = |a: usize, b: usize| {
-        let place = |row: usize| table.rows().get(row).map(|row| (row.lobe, row.parameter));
+        let place = |row: usize| (lobe_of(row), table.rows()[row].parameter);
         table.products().iter().any(|Product { lobe, first, second }| {
-            let factors = (Some((*lobe, *first)), Some((*lobe, *second)));
+            let factors = ((*lobe, *first), (*lobe, *second));
             (place(a), place(b)) == factors || (place(b), place(a)) == factors
         })
     };
@@ -237,7 +240,7 @@ fn correlated(fit: &Fit) -> Vec<Warning> {
     }
     let mut warnings = Vec::new();
     if let Some((correlation, base, other)) = with_base {
-        let lobe = lobe_of(other).and_then(|lobe| table.lobes().get(lobe)).map_or("", String::as_str);
+        let lobe = &table.lobes()[lobe_of(other)];
         warnings.push(Warning {
             kind: "correlated",
             text: format!(
@@ -269,7 +272,7 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
     let threshold = (CHI2_95 / freedom).exp_m1().max(COST_RESOLUTION);
     let mut warnings = Vec::new();
     for profile in profiles {
-        let Some(row) = fit.table.rows().get(profile.row) else { continue };
+        let row = &fit.table.rows()[profile.row];
         let lowest = profile.points.iter().map(|(_, cost)| *cost).fold(f64::INFINITY, f64::min);
         let level: Vec<f64> = profile
             .points
@@ -277,9 +280,13 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
             .filter(|(_, cost)| *cost <= lowest * (1.0 + threshold))
             .map(|(value, _)| *value)
             .collect();
-        let (Some(&low), Some(&high)) = (level.first(), level.last()) else { continue };
+        // No point is level where no cost is a number.
         let ends = (profile.points.first(), profile.points.last());
-        let (Some((start, _)), Some((end, _))) = ends else { continue };
+        let (Some(&low), Some(&high), (Some((start, _)), Some((end, _)))) =
+            (level.first(), level.last(), ends)
+        else {
+            continue;
+        };
         let wide = match row.spec.scale {
             Scale::Log => high > FLAT_RATIO * low,
             Scale::Linear | Scale::Square => high - low > FLAT_SHARE * (end - start),
@@ -294,7 +301,7 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
                 "the error stays the same within {:.2} % from {low:.3} to {high:.3}: the data hardly depend on it; \
                  --fix it, or fit without '{}'",
                 100.0 * threshold,
-                fit.table.lobes().get(row.lobe).map_or("", String::as_str)
+                fit.table.lobes()[row.lobe]
             ),
             parameter: Some(name),
         });
@@ -319,13 +326,15 @@ fn ill_conditioned(fit: &Fit) -> Option<Warning> {
 
 /// Channels whose largest value is that of many samples: a detector that saturates.
 pub(super) fn saturated(channels: &[String], samples: &Samples) -> Option<Warning> {
-    let (least, share) = CUT_OFF;
     let mut found: Vec<String> = Vec::new();
     for (channel, row) in channels.iter().zip(&samples.values) {
         let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mean = row.iter().sum::<f64>() / count(row.len().max(1));
         let cut_off = row.iter().filter(|value| **value >= largest).count();
-        if cut_off >= least && count(cut_off) >= share * count(row.len()) && largest > STANDS_OUT * mean {
+        if cut_off >= CUT_OFF
+            && count(cut_off) >= CUT_OFF_SHARE * count(row.len())
+            && largest > STANDS_OUT * mean
+        {
             found.push(format!("{cut_off} values of {channel} are {largest:.6}"));
         }
     }
@@ -364,7 +373,7 @@ pub(super) fn ties(fit: &Fit) -> Option<Warning> {
     let differing = |reached: &[(usize, f64)]| {
         let pairs = reached.iter().zip(&best.reached);
         let found = pairs.filter(|((row, value), (_, of_best))| {
-            known(*row) && table.rows().get(*row).is_some_and(|row| differ(row, *of_best, *value))
+            known(*row) && differ(&table.rows()[*row], *of_best, *value)
         });
         found.map(|((row, value), (_, of_best))| (*row, *value, *of_best)).next()
     };

@@ -78,7 +78,7 @@ struct Eliminated {
 impl Svd {
     /// Which singular values exceed `least`, and which do not.
     fn split(&self, least: f64) -> (Vec<usize>, Vec<usize>) {
-        (0..self.values.len()).partition(|k| self.values.get(*k).is_some_and(|value| *value > least))
+        (0..self.values.len()).partition(|k| self.values[*k] > least)
     }
 
     /// The right vectors of `kept`, each over its singular value.
@@ -114,14 +114,14 @@ impl Scaled {
         let image = &self.of_own * v.select_rows(&self.own) + &self.of_shared * v.select_rows(&self.shared);
         for (places, matrix) in [(&self.own, &self.of_own), (&self.shared, &self.of_shared)] {
             for (place, entry) in places.iter().zip(matrix.tr_mul(&image).iter()) {
-                sum.get_mut(*place).into_iter().for_each(|total| *total += entry);
+                sum[*place] += entry;
             }
         }
     }
 }
 
 impl Arrow {
-    /// Takes apart the model in the parameters `columns`, ascending, of `n`. None if there are none, or if the model
+    /// Takes apart the model in the parameters `columns`, ascending, of `n`. `None` if there are none, or if the model
     /// holds what is no finite number.
     pub(crate) fn new(model: &Linearisation, n: usize, columns: Vec<usize>) -> Option<Self> {
         let lengths = model.column_lengths(n).map(|length| if length > 0.0 { length } else { 1.0 });
@@ -143,10 +143,10 @@ impl Arrow {
         let mut places = vec![None; columns.len()];
         for (index, block) in blocks.iter().enumerate() {
             for (k, place) in block.own.iter().enumerate() {
-                places.get_mut(*place).into_iter().for_each(|entry| *entry = Some((index, k)));
+                places[*place] = Some((index, k));
             }
         }
-        let shared: Vec<usize> = (0..columns.len()).filter(|i| places.get(*i) == Some(&None)).collect();
+        let shared: Vec<usize> = (0..columns.len()).filter(|i| places[*i].is_none()).collect();
         let (common, null, lost) = if shared.is_empty() {
             (DMatrix::zeros(0, columns.len()), DMatrix::zeros(0, columns.len()), Vec::new())
         } else {
@@ -178,7 +178,7 @@ impl Arrow {
             part.lost.iter().zip(part.null.column_iter()).map(move |(value, vector)| {
                 let mut whole = DVector::zeros(n);
                 for (place, entry) in part.own.iter().zip(vector.iter()) {
-                    whole.get_mut(*place).into_iter().for_each(|e| *e = *entry);
+                    whole[*place] = *entry;
                 }
                 (*value, whole)
             })
@@ -221,6 +221,7 @@ impl Arrow {
         // With D + L R^T the inverse, F of a block times it is P + Y R^T: P = F D in the block's own columns, Y = F L. The
         // sum of (P + Y R^T)^T (P + Y R^T) over the blocks is diag(P^T P) + E R^T + R E^T + R (sum Y^T Y) R^T, where the
         // rows of E are P^T Y.
+        assert!(scatter.blocks.len() <= self.parts.len(), "the blocks of the model");
         let inverse = self.inverse();
         let (left, right) = inverse.factors();
         let mut products: Vec<DMatrix<f64>> =
@@ -229,7 +230,7 @@ impl Arrow {
         let mut y_y = DMatrix::zeros(left.nrows(), left.nrows());
         let units = &self.lengths;
         for (index, rows) in scatter.blocks.iter().enumerate() {
-            let (Some(part), Some(block)) = (self.parts.get(index), inverse.block(index)) else { continue };
+            let part = &self.parts[index];
             let pairs = rows.columns.iter().enumerate();
             let pairs = pairs.filter_map(|(k, column)| Some((k, self.columns.binary_search(column).ok()?)));
             let (taken, selected): (Vec<usize>, Vec<usize>) = pairs.unzip();
@@ -239,13 +240,14 @@ impl Arrow {
             }
             let own: Vec<usize> =
                 part.own.iter().filter_map(|place| selected.iter().position(|s| s == place)).collect();
-            let p = f.select_columns(&own) * block;
+            assert_eq!(own.len(), part.own.len(), "a column of each of the block's own parameters");
+            let p = f.select_columns(&own) * inverse.block(index);
             let y = &f * left.select_columns(&selected).transpose();
             for (place, column) in part.own.iter().zip(y.tr_mul(&p).column_iter()) {
                 e.set_column(*place, &column);
             }
             y_y += y.tr_mul(&y);
-            products.get_mut(index).into_iter().for_each(|product| *product = p.tr_mul(&p));
+            products[index] = p.tr_mul(&p);
         }
         let half = e + y_y * right * 0.5;
         BlockMatrix::new(self.places.clone(), products, stacked(&[&half, right]), stacked(&[right, &half]))
@@ -255,18 +257,18 @@ impl Arrow {
     /// a row per column, zeros for what is not selected.
     pub(crate) fn root(&self, columns: &[usize]) -> Vec<Vec<f64>> {
         let place = |column: &usize| self.columns.binary_search(column).ok();
-        let in_part = |i: usize| self.places.get(i).copied().flatten();
-        let part = columns.iter().filter_map(place).find_map(in_part);
-        let part = part.and_then(|(index, _)| self.parts.get(index));
+        let part = columns.iter().filter_map(place).find_map(|i| self.places[i]);
+        let part = part.map(|(index, _)| &self.parts[index]);
         let width = part.map_or(0, |part| part.half.ncols());
         let row = |column: &usize| {
             let mut row = vec![0.0; width + self.common.nrows()];
             let Some(i) = place(column) else { return row };
-            let own = part.zip(in_part(i)).and_then(|(part, (_, k))| part.half.row_iter().nth(k));
             let (of_own, of_common) = row.split_at_mut(width);
-            let length = self.lengths.get(i).copied().unwrap_or(1.0);
-            for (entry, value) in of_own.iter_mut().zip(own.iter().flat_map(|own| own.iter())) {
-                *entry = value / length;
+            let length = self.lengths[i];
+            if let (Some(part), Some((_, k))) = (part, self.places[i]) {
+                for (entry, value) in of_own.iter_mut().zip(part.half.row(k).iter()) {
+                    *entry = value / length;
+                }
             }
             for (entry, value) in of_common.iter_mut().zip(self.common.column(i).iter()) {
                 *entry = value / length;
@@ -280,22 +282,22 @@ impl Arrow {
 /// The model's blocks in the selected columns, and an empty one for each column that no block knows.
 fn scaled_blocks(model: &Linearisation, columns: &[usize], lengths: &DVector<f64>) -> Vec<Scaled> {
     let uses = model.uses(lengths.len());
-    let uses_of = |place: &usize| columns.get(*place).and_then(|column| uses.get(*column)).copied();
+    let uses_of = |place: &usize| uses[columns[*place]];
     let mut blocks: Vec<Scaled> = Vec::with_capacity(model.blocks.len());
     for rows in &model.blocks {
         let places = rows.columns.iter().filter_map(|column| columns.binary_search(column).ok());
         let mut places: Vec<usize> = places.collect();
         places.sort_unstable();
         let (own, shared): (Vec<usize>, Vec<usize>) =
-            places.into_iter().partition(|place| uses_of(place) == Some(1));
+            places.into_iter().partition(|place| uses_of(place) == 1);
         let scaled = |places: &[usize]| {
-            let wanted: Vec<usize> = places.iter().filter_map(|place| columns.get(*place).copied()).collect();
+            let wanted: Vec<usize> = places.iter().map(|place| columns[*place]).collect();
             rows.scaled(&wanted, lengths)
         };
         let (of_own, of_shared) = (scaled(&own), scaled(&shared));
         blocks.push(Scaled { own, shared, of_own, of_shared });
     }
-    for place in (0..columns.len()).filter(|place| uses_of(place) == Some(0)) {
+    for place in (0..columns.len()).filter(|place| uses_of(place) == 0) {
         let (of_own, of_shared) = (DMatrix::zeros(1, 1), DMatrix::zeros(1, 0));
         blocks.push(Scaled { own: vec![place], shared: Vec::new(), of_own, of_shared });
     }
@@ -311,20 +313,22 @@ fn tell_shared(
     eliminated: &[Eliminated],
     least: f64,
 ) -> Option<(DMatrix<f64>, DMatrix<f64>, Vec<f64>)> {
-    let column_of = |place: &usize| shared.binary_search(place).ok();
     let height = eliminated.iter().map(|block| block.remainder.nrows()).sum();
     let mut rest = DMatrix::zeros(height, shared.len());
     // T: how all parameters follow the shared ones.
     let mut follow = DMatrix::zeros(n, shared.len());
+    // The column of each shared parameter; of others there is none.
+    let mut column_of = vec![usize::MAX; n];
     for (column, place) in shared.iter().enumerate() {
-        follow.get_mut((*place, column)).into_iter().for_each(|entry| *entry = 1.0);
+        column_of[*place] = column;
+        follow[(*place, column)] = 1.0;
     }
     let mut first = 0;
     for (block, Eliminated { part, coupling, remainder }) in blocks.iter().zip(eliminated) {
-        for (k, column) in block.shared.iter().filter_map(column_of).enumerate() {
+        for (k, column) in block.shared.iter().map(|place| column_of[*place]).enumerate() {
             rest.view_mut((first, column), (remainder.nrows(), 1)).copy_from(&remainder.column(k));
             for (place, entry) in part.own.iter().zip(coupling.column(k).iter()) {
-                follow.get_mut((*place, column)).into_iter().for_each(|e| *e = -entry);
+                follow[(*place, column)] = -entry;
             }
         }
         first += remainder.nrows();

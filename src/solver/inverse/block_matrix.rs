@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 /// own parameters have in common with others, they have by way of the shared ones.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockMatrix {
-    /// Per row, which block it belongs to and its place there; none if there is only the product.
+    /// The block that each row belongs to and its place there; `None` for a row of the product alone.
     places: Vec<Option<(usize, usize)>>,
     blocks: Vec<DMatrix<f64>>,
     /// L^T and R^T, with a column per row of the matrix; L R^T is symmetric.
@@ -23,7 +23,8 @@ impl BlockMatrix {
         left: DMatrix<f64>,
         right: DMatrix<f64>,
     ) -> Self {
-        debug_assert!(places.len() == left.ncols() && left.shape() == right.shape());
+        assert_eq!(left.shape(), right.shape(), "shapes of the two factors");
+        assert_eq!(places.len(), left.ncols(), "rows of the matrix");
         Self { places, blocks, left, right }
     }
 
@@ -38,8 +39,8 @@ impl BlockMatrix {
     }
 
     /// A block on the diagonal, without its part of the product.
-    pub(crate) fn block(&self, index: usize) -> Option<&DMatrix<f64>> {
-        self.blocks.get(index)
+    pub(crate) fn block(&self, index: usize) -> &DMatrix<f64> {
+        &self.blocks[index]
     }
 
     /// L^T and R^T.
@@ -48,22 +49,21 @@ impl BlockMatrix {
     }
 
     /// The entry in row `i` and column `j`, the same as in row `j` and column `i`.
-    pub(crate) fn entry(&self, i: usize, j: usize) -> Option<f64> {
+    pub(crate) fn entry(&self, i: usize, j: usize) -> f64 {
         let (i, j) = (i.min(j), i.max(j));
-        let (at_i, at_j) = (self.places.get(i)?, self.places.get(j)?);
         let mut entry = self.left.column(i).iter().zip(self.right.column(j).iter()).map(|(l, r)| l * r).sum();
-        if let (Some((block, row)), Some((other, column))) = (at_i, at_j)
+        if let (Some((block, row)), Some((other, column))) = (self.places[i], self.places[j])
             && block == other
         {
-            entry += self.blocks.get(*block)?.get((*row, *column))?;
+            entry += self.blocks[block][(row, column)];
         }
-        Some(entry)
+        entry
     }
 
     /// d^T M d of a vector that is zero but for some entries, each at its own place.
     pub(crate) fn square(&self, d: &[(usize, f64)]) -> f64 {
         let with_all = |(i, x): &(usize, f64)| {
-            let with = |(j, y): &(usize, f64)| x * y * self.entry(*i, *j).unwrap_or(0.0);
+            let with = |(j, y): &(usize, f64)| x * y * self.entry(*i, *j);
             d.iter().map(with).sum::<f64>()
         };
         d.iter().map(with_all).sum()
@@ -71,35 +71,32 @@ impl BlockMatrix {
 
     /// M v.
     pub(crate) fn times(&self, v: &DVector<f64>) -> DVector<f64> {
+        assert_eq!(v.len(), self.len(), "entries of the vector");
         let mut result = self.left.tr_mul(&(&self.right * v));
         let mut parts: Vec<DVector<f64>> = self.blocks.iter().map(|b| DVector::zeros(b.ncols())).collect();
         for (place, value) in self.places.iter().zip(v.iter()) {
-            let Some((block, k)) = place else { continue };
-            parts
-                .get_mut(*block)
-                .and_then(|part| part.get_mut(*k))
-                .into_iter()
-                .for_each(|entry| *entry = *value);
+            if let Some((block, k)) = *place {
+                parts[block][k] = *value;
+            }
         }
         let parts: Vec<DVector<f64>> =
             self.blocks.iter().zip(parts).map(|(block, part)| block * part).collect();
         for (place, entry) in self.places.iter().zip(result.iter_mut()) {
-            let part = place.and_then(|(block, k)| parts.get(block)?.get(k));
-            *entry += part.copied().unwrap_or(0.0);
+            *entry += place.map_or(0.0, |(block, k)| parts[block][k]);
         }
         result
     }
 
     /// Each entry times the units of its row and of its column.
     pub(crate) fn in_units(mut self, units: &DVector<f64>) -> Self {
+        assert_eq!(units.len(), self.len(), "a unit per row");
         for factor in [&mut self.left, &mut self.right] {
             factor.column_iter_mut().zip(units.iter()).for_each(|(mut column, unit)| column *= *unit);
         }
         for (place, unit) in self.places.iter().zip(units.iter()) {
-            let Some((block, k)) = place else { continue };
-            if let Some(block) = self.blocks.get_mut(*block) {
-                block.row_mut(*k).scale_mut(*unit);
-                block.column_mut(*k).scale_mut(*unit);
+            if let Some((block, k)) = *place {
+                self.blocks[block].row_mut(k).scale_mut(*unit);
+                self.blocks[block].column_mut(k).scale_mut(*unit);
             }
         }
         self
@@ -107,6 +104,6 @@ impl BlockMatrix {
 
     /// All entries.
     pub(crate) fn dense(&self) -> DMatrix<f64> {
-        DMatrix::from_fn(self.len(), self.len(), |i, j| self.entry(i, j).unwrap_or(0.0))
+        DMatrix::from_fn(self.len(), self.len(), |i, j| self.entry(i, j))
     }
 }

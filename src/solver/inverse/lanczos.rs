@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// The residual of an eigenvector, relative to its eigenvalue; the error of the eigenvalue is of the order of its square.
 const TOLERANCE: f64 = 1e-9;
-/// Steps at most. Where the largest eigenvalues lie closer than so many steps tell apart, the one found is off by less
+/// Most steps. Where the largest eigenvalues lie closer than that many steps tell apart, the one found is off by less
 /// than the distance between them.
 const STEPS: usize = 128;
 /// Far more than the eigenvalues of a small matrix take.
@@ -48,7 +48,7 @@ pub(super) fn largest_eigenpair(
         if complete || steps >= look {
             look = steps + steps.div_ceil(4);
             let (value, weights) = largest_of_tridiagonal(&diagonal, &beside)?;
-            let rest = length * weights.iter().next_back().map_or(0.0, |w| w.abs());
+            let rest = length * weights[steps - 1].abs();
             if complete || rest <= TOLERANCE * value {
                 let mut vector = DVector::zeros(n);
                 for (weight, direction) in weights.iter().zip(&basis) {
@@ -62,11 +62,14 @@ pub(super) fn largest_eigenpair(
     }
 }
 
+/// The largest eigenvalue and its vector of a symmetric matrix with a `diagonal`, entries `beside` it, and zeros. `None` if
+/// it holds what is no finite number.
 fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> Option<(f64, DVector<f64>)> {
     let n = diagonal.len();
+    assert_eq!(beside.len() + 1, n, "entries beside the diagonal");
     let entry = |i: usize, j: usize| match i.abs_diff(j) {
-        0 => diagonal.get(i).copied().unwrap_or(0.0),
-        1 => beside.get(i.min(j)).copied().unwrap_or(0.0),
+        0 => diagonal[i],
+        1 => beside[i.min(j)],
         _ => 0.0,
     };
     let eigen = SymmetricEigen::try_new(DMatrix::from_fn(n, n, entry), f64::EPSILON, EIGEN_ITERATIONS)?;
