@@ -39,7 +39,7 @@ pub struct BasisBlock {
 /// One part on a block.
 #[derive(Clone, Debug)]
 struct PartBlock {
-    part: ErasedPart,
+    part: &'static ErasedPart,
     /// Which of the lobe's shapes is the part's first.
     first: usize,
     /// Whether the light is mirrored.
@@ -58,7 +58,6 @@ struct PartBlock {
 }
 
 /// A part without its type.
-#[derive(Clone, Copy)]
 struct ErasedPart {
     id: TypeId,
     shapes: usize,
@@ -102,7 +101,7 @@ impl Round {
 }
 
 impl ErasedPart {
-    fn of<P: Part>() -> Self {
+    const fn of<P: Part>() -> Self {
         // Only the loops that the part needs are compiled; in the place of the others stands the one without derivatives.
         let rounds = const {
             let plain = Round::of::<P, 0>();
@@ -312,8 +311,8 @@ impl BasisBlock {
         &self.values
     }
 
-    /// The derivative of every basis function with respect to a shape, per formula unit (radians). Empty where
-    /// only values were asked for, 0 for shapes that were not.
+    /// The derivative of every basis function with respect to a shape, per formula unit (radians). Empty where it was
+    /// not asked for.
     #[must_use]
     pub fn partials(&self, shape: usize) -> &[Row] {
         self.partials.get(shape).map_or(&[], Vec::as_slice)
@@ -371,7 +370,7 @@ impl<'a> PartList<'a> {
     }
 
     /// The place of the next part. What another part has left there is forgotten.
-    fn next(&mut self, part: ErasedPart, first: usize) -> &mut PartBlock {
+    fn next(&mut self, part: &'static ErasedPart, first: usize) -> &mut PartBlock {
         let (index, mirrored) = (self.shown, self.mirrored);
         self.shown += 1;
         let same =
@@ -393,7 +392,7 @@ pub(super) struct PartPreparation<'a> {
 }
 
 impl PartPreparation<'_> {
-    fn prepare(&mut self, part: ErasedPart, first: usize) {
+    fn prepare(&mut self, part: &'static ErasedPart, first: usize) {
         let block = self.parts.next(part, first);
         if !part.prepares_long {
             return;
@@ -422,7 +421,7 @@ impl PartPreparation<'_> {
 
 impl Visitor for PartPreparation<'_> {
     fn part<P: Part>(&mut self, first: usize) {
-        self.prepare(ErasedPart::of::<P>(), first);
+        self.prepare(const { &ErasedPart::of::<P>() }, first);
     }
 
     fn next_term(&mut self) {}
@@ -448,7 +447,7 @@ pub(super) struct PartEvaluation<'a> {
 
 impl PartEvaluation<'_> {
     /// Evaluates a part, unless it has been for the same shapes on this block.
-    fn evaluate(&mut self, part: ErasedPart, first: usize) {
+    fn evaluate(&mut self, part: &'static ErasedPart, first: usize) {
         let shapes = &self.shapes[first..first + part.shapes];
         let differentiated = self.derivatives.include_any(first, part.shapes);
         let state = self.parts.next(part, first);
@@ -488,14 +487,14 @@ impl PartEvaluation<'_> {
         if changed {
             let rows = if self.derivatives == Derivatives::None { 0 } else { self.shapes.len() };
             partials.resize(rows, Vec::new());
-            self.arch.dispatch(Product { parts, values, partials });
+            self.arch.dispatch(Product { parts, derivatives: self.derivatives, values, partials });
         }
     }
 }
 
 impl Visitor for PartEvaluation<'_> {
     fn part<P: Part>(&mut self, first: usize) {
-        self.evaluate(ErasedPart::of::<P>(), first);
+        self.evaluate(const { &ErasedPart::of::<P>() }, first);
     }
 
     fn next_term(&mut self) {
@@ -510,6 +509,8 @@ impl Visitor for PartEvaluation<'_> {
 /// Multiplies the parts of each term of a lobe.
 struct Product<'a> {
     parts: &'a [PartBlock],
+    /// Those that were asked for; parts may have found more.
+    derivatives: Derivatives<'a>,
     values: &'a mut Vec<Row>,
     partials: &'a mut [Vec<Row>],
 }
@@ -519,72 +520,131 @@ impl WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { parts, values, partials } = self;
+        let Self { parts: all, derivatives, values, partials } = self;
         let mut start = 0;
-        for parts in parts.chunk_by(|a, b| a.term == b.term) {
+        for parts in all.chunk_by(|a, b| a.term == b.term) {
             let end = start + parts.iter().map(|part| part.part.functions).max().unwrap_or(0);
             values.resize(end, Row::filled(1.0));
-            partials.iter_mut().for_each(|rows| rows.resize(end, Row::filled(0.0)));
-            // What multiplies all functions is multiplied once.
-            for index in (0..parts.len()).filter(|index| parts[*index].is_common()) {
-                multiply(parts, index, 0, start, values, partials);
+            for (shape, rows) in partials.iter_mut().enumerate() {
+                let wanted = derivatives.include_any(shape, 1);
+                let known = wanted || all.iter().any(|part| part.depends_on(shape));
+                rows.resize(if known { end } else { 0 }, Row::filled(0.0));
             }
-            for rows in partials.iter_mut().chain([&mut *values]) {
-                let first = rows[start];
-                rows[start + 1..end].fill(first);
-            }
-            for index in (0..parts.len()).filter(|index| !parts[*index].is_common()) {
-                (0..end - start).for_each(|k| multiply(parts, index, k, start, values, partials));
-            }
+            multiply_term(parts, &mut values[start..end], partials, start);
             start = end;
         }
     }
 }
 
-/// Multiplies function `k` of a term, whose functions begin at `start`, by its factor of a part, after those that
-/// come before it: common ones first.
+/// Multiplies the parts of one term, whose rows of partials begin at `start`: those that multiply all functions first, and
+/// once for all of them.
 #[inline(always)]
-fn multiply(
-    parts: &[PartBlock],
-    index: usize,
-    k: usize,
-    start: usize,
-    values: &mut [Row],
-    partials: &mut [Vec<Row>],
-) {
-    let part = &parts[index];
-    let (factor, value) = (part.value(k), &mut values[start + k]);
-    let order = |index: usize| (!parts[index].is_common(), index);
-    let earlier = parts.iter().enumerate().filter(|(other, _)| order(*other) < order(index));
-    let is_first = earlier.clone().next().is_none();
-    for (shape, rows) in partials.iter_mut().enumerate() {
-        let partial = &mut rows[start + k];
-        let before = earlier.clone().any(|(_, earlier)| earlier.depends_on(shape));
-        // (v f)' = v' f + v f'
-        match (before, part.partial(shape, k)) {
-            (true, Some(slope)) => {
-                let entries = partial.iter_mut().zip(factor).zip(value.iter()).zip(slope);
-                entries.for_each(|(((p, f), v), s)| *p = *p * f + v * s);
+fn multiply_term(parts: &[PartBlock], values: &mut [Row], partials: &mut [Vec<Row>], start: usize) {
+    let common = || parts.iter().filter(|part| part.is_common());
+    let mut order = common().chain(parts.iter().filter(|part| !part.is_common()));
+    let Some(first) = order.next() else { return };
+    let Some(second) = order.next() else {
+        for (k, value) in values.iter_mut().enumerate() {
+            *value = *first.value(k);
+            for (shape, rows) in differentiated(partials) {
+                copy_or_clear(&mut rows[start + k], first.partial(shape, k));
             }
-            (true, None) => partial.iter_mut().zip(factor).for_each(|(p, f)| *p *= f),
-            (false, Some(slope)) if is_first => *partial = *slope,
-            (false, Some(slope)) => {
-                partial.iter_mut().zip(value.iter()).zip(slope).for_each(|((p, v), s)| *p = v * s);
+        }
+        return;
+    };
+    // The first two parts are joined from where they lie: into the first row if no function tells them apart.
+    let joined = if second.is_common() { 1 } else { values.len() };
+    for (k, value) in values[..joined].iter_mut().enumerate() {
+        let (v, f) = (first.value(k), second.value(k));
+        for (shape, rows) in differentiated(partials) {
+            product_rule(&mut rows[start + k], (v, first.partial(shape, k)), (f, second.partial(shape, k)));
+        }
+        multiply(value, v, f);
+    }
+    let mut rows_in_use = joined;
+    for (before, part) in order.enumerate().map(|(index, part)| (index + 2, part)) {
+        let known = |shape| {
+            let mut earlier = common().chain(parts.iter().filter(|part| !part.is_common())).take(before);
+            earlier.any(|earlier| earlier.depends_on(shape))
+        };
+        // The first part that tells functions apart makes the other rows out of the first one.
+        if !part.is_common() && rows_in_use < values.len() {
+            let (product, others) = values.split_at_mut(1);
+            for (k, value) in others.iter_mut().enumerate().map(|(index, value)| (index + 1, value)) {
+                for (shape, rows) in differentiated(partials) {
+                    let (slope, others) = rows[start..].split_at_mut(1);
+                    let slope = known(shape).then_some(&slope[0]);
+                    let factor = (part.value(k), part.partial(shape, k));
+                    product_rule(&mut others[k - 1], (&product[0], slope), factor);
+                }
+                multiply(value, &product[0], part.value(k));
             }
-            // What another term left of a shape that this one does not know.
-            (false, None) if is_first => partial.fill(0.0),
-            (false, None) => {}
+            rows_in_use = 1;
+        }
+        for (k, value) in values[..rows_in_use].iter_mut().enumerate() {
+            let f = part.value(k);
+            for (shape, rows) in differentiated(partials) {
+                let slope = &mut rows[start + k];
+                product_rule_in_place(slope, known(shape), value, (f, part.partial(shape, k)));
+            }
+            value.iter_mut().zip(f).for_each(|(v, f)| *v *= f);
+        }
+        if !part.is_common() {
+            rows_in_use = values.len();
         }
     }
-    if is_first {
-        *value = *factor;
-    } else {
-        value.iter_mut().zip(factor).for_each(|(v, f)| *v *= f);
+}
+
+/// The shapes that have rows, with these.
+#[inline(always)]
+fn differentiated(partials: &mut [Vec<Row>]) -> impl Iterator<Item = (usize, &mut Vec<Row>)> {
+    partials.iter_mut().enumerate().filter(|(_, rows)| !rows.is_empty())
+}
+
+#[inline(always)]
+fn copy_or_clear(out: &mut Row, row: Option<&Row>) {
+    match row {
+        Some(row) => *out = *row,
+        None => out.fill(0.0),
+    }
+}
+
+/// v f.
+#[inline(always)]
+fn multiply(out: &mut Row, v: &Row, f: &Row) {
+    out.iter_mut().zip(v).zip(f).for_each(|((out, v), f)| *out = v * f);
+}
+
+/// (v f)' = v' f + v f', where either may not depend on the shape.
+#[inline(always)]
+fn product_rule(out: &mut Row, (v, dv): (&Row, Option<&Row>), (f, df): (&Row, Option<&Row>)) {
+    match (dv, df) {
+        (Some(dv), Some(df)) => {
+            let entries = out.iter_mut().zip(dv).zip(f).zip(v).zip(df);
+            entries.for_each(|((((out, dv), f), v), df)| *out = dv * f + v * df);
+        }
+        (Some(dv), None) => multiply(out, dv, f),
+        (None, Some(df)) => multiply(out, v, df),
+        (None, None) => out.fill(0.0),
+    }
+}
+
+/// The same with v' in its place, if v `depends` on the shape.
+#[inline(always)]
+fn product_rule_in_place(slope: &mut Row, depends: bool, v: &Row, (f, df): (&Row, Option<&Row>)) {
+    match (depends, df) {
+        (true, Some(df)) => {
+            let entries = slope.iter_mut().zip(f).zip(v).zip(df);
+            entries.for_each(|(((slope, f), v), df)| *slope = *slope * f + v * df);
+        }
+        (true, None) => slope.iter_mut().zip(f).for_each(|(slope, f)| *slope *= f),
+        (false, Some(df)) => multiply(slope, v, df),
+        (false, None) => {}
     }
 }
 
 impl PartBlock {
-    fn new(part: ErasedPart, first: usize, mirrored: bool) -> Self {
+    fn new(part: &'static ErasedPart, first: usize, mirrored: bool) -> Self {
         Self {
             part,
             first,
