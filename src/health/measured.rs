@@ -1,7 +1,7 @@
 //! Whether a measurement obeys physics.
 
 use super::{Finding, SCHEMA};
-use crate::geometry::Directions;
+use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::math::count;
 use crate::measurement::{Measurement, coverage};
 use serde::Serialize;
@@ -88,11 +88,11 @@ pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
     let albedos = albedos(measurement);
     let mut channels = Vec::new();
     for (index, (channel, row)) in measurement.channels.iter().zip(&measurement.values).enumerate() {
-        let sigma = measurement.sigma.as_ref().and_then(|sigma| sigma.get(index));
+        let sigma = measurement.sigma.as_ref().map(|sigma| sigma[index].as_slice());
         channels.push(MeasuredChannel {
             name: channel.name.clone(),
-            negative: negative(row, sigma.map(Vec::as_slice)),
-            albedo: albedos.as_ref().and_then(|albedos| albedos.get(index).cloned()),
+            negative: negative(row, sigma),
+            albedo: albedos.as_ref().map(|albedos| albedos[index].clone()),
         });
     }
     let (reciprocity, reciprocity_pairs) = coverage.reciprocity.unzip();
@@ -115,8 +115,9 @@ pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
 
 fn negative(row: &[f64], sigma: Option<&[f64]>) -> Negative {
     let mean = row.iter().map(|f| f.abs()).sum::<f64>() / count(row.len().max(1));
-    let noise = |index: usize| match sigma.and_then(|sigma| sigma.get(index)) {
-        Some(sigma) => NOISE_SIGMAS * sigma,
+    assert!(sigma.is_none_or(|sigma| sigma.len() == row.len()), "a standard deviation for each value");
+    let noise = |index: usize| match sigma {
+        Some(sigma) => NOISE_SIGMAS * sigma[index],
         None => NOISE_SHARE * mean,
     };
     let least = row.iter().copied().fold(f64::INFINITY, f64::min);
@@ -135,10 +136,10 @@ fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
     let ranges = usize::from(RANGES);
     let mut sums: Vec<Vec<Sums>> = vec![vec![Sums::default(); ranges]; measurement.values.len()];
     let limits: Vec<f64> = (1..=RANGES).map(|k| (RANGE_DEG * f64::from(k)).to_radians().cos()).collect();
-    let rows = crate::geometry::HalfDifferenceGrid::DIMENSIONS;
     for (index, &cell) in cells.iter().enumerate() {
         let g = grid.geometry(cell);
-        let half = usize::try_from(cell).unwrap_or(0) / (rows[1] * rows[2]) % 2;
+        let (theta_h, ..) = HalfDifferenceGrid::indices(cell);
+        let half = theta_h % 2;
         // A cell stands for a pair of directions and its mirror: for light from either.
         for (light, view) in [(g.cos_i(), g.cos_o()), (g.cos_o(), g.cos_i())] {
             let range = limits.partition_point(|limit| *limit > light);
@@ -147,11 +148,9 @@ fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
             }
             let weight = grid.weight(cell) * view;
             for (sums, row) in sums.iter_mut().zip(&measurement.values) {
-                let sum = sums.get_mut(range).and_then(|sums| sums.get_mut(half));
-                if let (Some(sum), Some(f)) = (sum, row.get(index)) {
-                    sum.0 += weight;
-                    sum.1 += weight * f;
-                }
+                let sum = &mut sums[range][half];
+                sum.0 += weight;
+                sum.1 += weight * row[index];
             }
         }
     }

@@ -2,6 +2,11 @@
 //!
 //! docs/checks.md says what is checked, within which limits, and describes the JSON form field by field.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 mod angles;
 mod effort;
 mod measured;

@@ -116,7 +116,9 @@ fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], ampl
     let coefficients = lobe.model.coefficients(amplitudes);
     for (index, pair) in pairs.iter().enumerate() {
         let sum = |rows: &[crate::geometry::Row], by: &[f64]| -> f64 {
-            rows.iter().zip(by).filter_map(|(row, a)| row.get(index).map(|b| a * b)).sum()
+            // Some models have coefficients to spare, for variants with more basis functions.
+            assert!(rows.len() <= by.len(), "a coefficient for each basis function");
+            rows.iter().zip(by).map(|(row, a)| a * row[index]).sum()
         };
         let value = sum(basis.values(), &coefficients.values);
         let by_shape = (0..shapes.len()).map(|shape| sum(basis.partials(shape), &coefficients.values));
@@ -175,6 +177,8 @@ pub(super) fn digits(expression: &Expression, lobes: &[(Vec<f64>, Vec<f64>)], pa
 
 /// Digits that `found` has in common with `exact`, where that is within `range`.
 fn kept(pairs: &[Pair], found: &[Wide], exact: &[Wide], epsilon: f64, range: (f64, f64)) -> Kept {
+    assert_eq!(found.len(), pairs.len(), "a value for each pair");
+    assert_eq!(exact.len(), pairs.len(), "an exact value for each pair");
     let mut digits: Vec<(f64, &Pair)> = Vec::new();
     for ((found, exact), pair) in found.iter().zip(exact).zip(pairs) {
         let size = exact.abs().rounded();

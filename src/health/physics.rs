@@ -2,7 +2,7 @@
 
 use super::angles::{Angles, angles};
 use super::effort::Effort;
-use super::quadrature::directional_albedo;
+use super::quadrature::{Integral, directional_albedo};
 use crate::geometry::{Directions, Pair, direction};
 use crate::model::Expression;
 use crate::synthetic::scattered_directions;
@@ -132,14 +132,9 @@ pub(super) fn albedos(
         .collect();
     let finite = |x: f64| x.is_finite().then_some(x);
     let of_channel = |channel: usize| {
-        let each = lights.iter().zip(&found).filter_map(|(&(theta_i_deg, phi_i_deg), integrals)| {
-            let integral = integrals.get(channel)?;
-            Some(Albedo {
-                theta_i_deg,
-                phi_i_deg,
-                value: finite(integral.value),
-                error: finite(integral.error),
-            })
+        let each = lights.iter().zip(&found).map(|(&(theta_i_deg, phi_i_deg), integrals)| {
+            let Integral { value, error } = integrals[channel];
+            Albedo { theta_i_deg, phi_i_deg, value: finite(value), error: finite(error) }
         });
         each.collect()
     };

@@ -196,7 +196,7 @@ fn integrate(
         let each = points.len() / cells.len();
         for (index, (cell, points)) in cells.iter().zip(points.chunks(each)).enumerate() {
             let integral = |row: &Vec<f64>| {
-                let row = row.get(index * each..).unwrap_or_default();
+                let row = &row[index * each..(index + 1) * each];
                 let (kronrod, gauss) = points
                     .iter()
                     .zip(row)
