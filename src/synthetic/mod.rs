@@ -1,6 +1,11 @@
 //! Synthetic measurements: a model's values at given directions, with noise of known size; and what a rough
 //! surface of little mirrors reflects, ray by ray.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 pub mod heightfield;
 
 use crate::fit::ParameterTable;
@@ -92,9 +97,9 @@ pub fn values(
     if noise.any() {
         // Sample by sample, all channels of each.
         for sample in 0..directions.len() {
-            for value in values.iter_mut().filter_map(|row| row.get_mut(sample)) {
+            for row in &mut values {
                 let mut normal = || rng.sample::<f64, _>(StandardNormal);
-                *value = *value * (1.0 + noise.relative * normal()) + noise.absolute * normal();
+                row[sample] = row[sample] * (1.0 + noise.relative * normal()) + noise.absolute * normal();
             }
         }
     }

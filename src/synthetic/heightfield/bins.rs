@@ -49,10 +49,8 @@ impl Counts {
 
     /// Counts one ray reflected about a half vector of slope (`u`, `v`), u in the plane of incidence.
     pub fn add(&mut self, u: f64, v: f64) {
-        if let Some(n) =
-            index(u / self.step, v.abs() / self.step).and_then(|place| self.counts.get_mut(place))
-        {
-            *n += 1;
+        if let Some(place) = index(u / self.step, v.abs() / self.step) {
+            self.counts[place] += 1;
         }
     }
 
@@ -98,7 +96,7 @@ impl Counts {
     }
 
     fn at(&self, column: usize, row: usize) -> u32 {
-        self.counts.get(row * 2 * HALF + column).copied().unwrap_or(0)
+        self.counts[row * 2 * HALF + column]
     }
 
     /// The mean count of a bin and its neighbours, which stands for the variance of the bin's own.
@@ -130,7 +128,7 @@ fn weight(wi: DVec3, u: f64, v: f64) -> f64 {
     4.0 * mirrored(wi, u, v).z * wi.dot(h) * h.z.powi(3)
 }
 
-/// The bin of a slope in steps.
+/// The bin of a slope in steps. `None` means that it lies beyond the last.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -86,9 +86,7 @@ impl Tile {
     pub fn new(m: f64, lengths: usize, rng: &mut impl Rng) -> Self {
         let side = lengths * PER_LENGTH;
         let heights = waves(lengths, side, rng);
-        let at = |column: usize, row: usize| {
-            heights.get((row % side) * side + column % side).copied().unwrap_or_default()
-        };
+        let at = |column: usize, row: usize| heights[(row % side) * side + column % side];
         let corners = (0..side * side)
             .map(|i| (i % side, i / side))
             .map(|(c, r)| [[at(c, r), at(c + 1, r)], [at(c, r + 1), at(c + 1, r + 1)]]);
@@ -111,7 +109,7 @@ impl Tile {
         let [bottom, top] = self.range;
         let limit = if direction.z > 0.0 { top } else { bottom };
         loop {
-            let cell = self.cells.get(place.row * self.side + place.column)?;
+            let cell = &self.cells[place.row * self.side + place.column];
             // The way to the edge of the cell along x and y, and to the height where all is over.
             let way = |at: f64, speed: f64| {
                 let edge = if speed > 0.0 { 1.0 } else { 0.0 };
@@ -223,7 +221,7 @@ fn mean_square_slope(cells: &[Cell]) -> f64 {
 /// point.
 fn waves(lengths: usize, side: usize, rng: &mut impl Rng) -> Vec<f64> {
     let turns: Vec<DVec2> = (0..side).map(|i| DVec2::from_angle(TAU * count(i) / count(side))).collect();
-    let turn = |i: usize| turns.get(i % side).copied().unwrap_or_default();
+    let turn = |i: usize| turns[i % side];
     let most = (1..side).take_while(|n| TAU * count(*n) / count(lengths) <= CUTOFF).count();
     let mut heights = vec![0.0; side * side];
     let mut across = vec![DVec2::ZERO; side];
