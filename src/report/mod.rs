@@ -3,6 +3,11 @@
 //! The JSON form is a stable interface: docs/report.md describes it field by field, and a test compares
 //! docs/report.schema.json with the schema generated from these types.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
+)]
+
 mod read;
 mod text;
 
@@ -530,9 +535,9 @@ impl Reports {
 fn parameter(fit: &Fit, index: usize, row: &Row, channels: &[String]) -> Parameter {
     let std_error = fit.covariance.as_ref().and_then(|c| c.std_error(index));
     Parameter {
-        lobe: fit.table.lobes().get(row.lobe).cloned().unwrap_or_default(),
+        lobe: fit.table.lobes()[row.lobe].clone(),
         name: row.spec.name,
-        channel: row.channel.and_then(|c| channels.get(c)).cloned(),
+        channel: row.channel.map(|channel| channels[channel].clone()),
         value: row.value,
         unit: row.spec.unit.symbol(),
         std_error,
@@ -563,17 +568,14 @@ fn derived(fit: &Fit) -> Vec<Derived> {
     let mut derived = Vec::new();
     for Product { lobe, first, second } in table.products() {
         let shared = [*first, *second].iter().all(|p| table.places(*lobe, *p).len() == 1);
-        let spec_name = |parameter: usize| {
-            let row = table.places(*lobe, parameter).first().and_then(|row| table.rows().get(*row));
-            row.map_or("", |row| row.spec.name)
-        };
-        let lobe_name = table.lobes().get(*lobe).map_or("", String::as_str);
+        let spec_name = |parameter: usize| table.rows()[table.places(*lobe, parameter)[0]].spec.name;
+        let lobe_name = &table.lobes()[*lobe];
         for channel in 0..if shared { 1 } else { table.channels().len() } {
             let rows = (table.place(*lobe, *first, channel), table.place(*lobe, *second, channel));
             let (Some(a), Some(b)) = rows else { continue };
             derived.extend(estimate(fit, a, b).map(|product| Derived {
                 name: format!("{lobe_name}.{}*{}", spec_name(*first), spec_name(*second)),
-                channel: if shared { None } else { table.channels().get(channel).cloned() },
+                channel: (!shared).then(|| table.channels()[channel].clone()),
                 value: product.value,
                 std_error: product.std_error,
                 ci95: product.ci95,
@@ -593,7 +595,7 @@ struct Estimate {
 /// The product of two rows; none unless both are fitted.
 fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
     let rows = fit.table.rows();
-    let (row_a, row_b) = (rows.get(a)?, rows.get(b)?);
+    let (row_a, row_b) = (&rows[a], &rows[b]);
     if row_a.status == Status::Fixed || row_b.status == Status::Fixed {
         return None;
     }

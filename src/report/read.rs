@@ -1,5 +1,7 @@
 //! Reports read back: the model and its parameters.
 
+#![warn(clippy::indexing_slicing, reason = "bytes from outside are never indexed unchecked")]
+
 use super::{SCHEMA, SCHEMA_SEVERAL};
 use crate::error::{Error, Place, excerpt, short};
 use crate::fit::{ParameterTable, Selector, Setting, Settings, channel_suffix};

@@ -30,11 +30,8 @@ pub fn warnings(report: &Report) -> Vec<String> {
 
 fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     let data = &report.data;
-    let channels = match (&data.wavelengths_nm, data.channels.as_slice()) {
-        (Some(nm), [_, _, ..]) => {
-            let range = (nm.first().copied().unwrap_or(0.0), nm.last().copied().unwrap_or(0.0));
-            format!("{} wavelengths {}..{} nm", nm.len(), range.0, range.1)
-        }
+    let channels = match (data.wavelengths_nm.as_deref(), data.channels.as_slice()) {
+        (Some([first, .., last]), names) => format!("{} wavelengths {first}..{last} nm", names.len()),
         (_, names) => format!("channels {}", names.join(", ")),
     };
     writeln!(text, "{} ({}, {channels})", data.path, data.format)?;
