@@ -93,7 +93,7 @@ fn random_parameters(model: &AnyModel, rng: &mut Pcg64Mcg) -> (Vec<f64>, Vec<f64
             Scale::Log => (low.ln() + (high.ln() - low.ln()) * u).exp(),
         };
         match spec.role {
-            Role::Shape => shapes.push(value * spec.unit.factor(None)),
+            Role::Shape => shapes.push(spec.in_formula_units(value)),
             Role::Amplitude => amplitudes.push(value),
         }
     }
@@ -350,7 +350,7 @@ fn finite_at_the_bounds() {
         for (model, choices) in entry.variants().into_iter().filter(|(_, choices)| tells(entry, choices)) {
             let of = |role: Role| model.parameters().into_iter().filter(move |spec| spec.role == role);
             let bounds: Vec<(f64, f64)> = of(Role::Shape)
-                .map(|spec| (spec.bounds.0 * spec.unit.factor(None), spec.bounds.1 * spec.unit.factor(None)))
+                .map(|spec| (spec.in_formula_units(spec.bounds.0), spec.in_formula_units(spec.bounds.1)))
                 .collect();
             let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
             // Shapes beyond the fourth go with the fourth.

@@ -110,7 +110,7 @@ fn shape_sets(model: &AnyModel) -> Vec<Vec<f64>> {
     let specs: Vec<ParamSpec> =
         model.parameters().into_iter().filter(|spec| spec.role == Role::Shape).collect();
     let set = |value: &dyn Fn(&ParamSpec) -> f64| -> Vec<f64> {
-        specs.iter().map(|spec| value(spec) * spec.unit.factor(None)).collect()
+        specs.iter().map(|spec| spec.in_formula_units(value(spec))).collect()
     };
     let middle = |spec: &ParamSpec| match spec.scale {
         Scale::Log => (spec.typical.0 * spec.typical.1).sqrt(),

@@ -16,7 +16,7 @@ fn geometry(pair: &Pair) -> Geometry<f64> {
 fn defaults(model: &AnyModel) -> (Vec<f64>, Vec<f64>) {
     let of = |role: Role| {
         let specs = model.parameters().into_iter().filter(move |spec| spec.role == role);
-        specs.map(|spec| spec.initial * spec.unit.factor(None)).collect::<Vec<f64>>()
+        specs.map(|spec| spec.in_formula_units(spec.initial)).collect::<Vec<f64>>()
     };
     (of(Role::Shape), of(Role::Amplitude))
 }

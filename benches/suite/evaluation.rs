@@ -103,7 +103,7 @@ fn seeds<R: Real>(shapes: &[R]) -> Vec<Dual<R, SHAPES>> {
 pub fn values(model: &AnyModel) -> (Vec<f64>, Vec<f64>) {
     let of_role = |role| {
         let parameters = model.parameters().into_iter().filter(move |spec| spec.role == role);
-        parameters.map(|spec| spec.initial * spec.unit.factor(None)).collect()
+        parameters.map(|spec| spec.in_formula_units(spec.initial)).collect()
     };
     (of_role(Role::Shape), of_role(Role::Amplitude))
 }

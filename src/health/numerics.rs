@@ -92,7 +92,7 @@ pub(super) fn at_bounds(expression: &Expression) -> Unfinished {
         let specs = lobe.model.parameters();
         let of = |role: Role| specs.iter().filter(move |spec| spec.role == role);
         let bounds: Vec<(f64, f64)> = of(Role::Shape)
-            .map(|spec| (spec.bounds.0 * spec.unit.factor(None), spec.bounds.1 * spec.unit.factor(None)))
+            .map(|spec| (spec.in_formula_units(spec.bounds.0), spec.in_formula_units(spec.bounds.1)))
             .collect();
         let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
         // Shapes beyond the fourth go with the fourth: sixteen corners are enough to look at.

@@ -156,6 +156,12 @@ impl ParamSpec {
         }
     }
 
+    /// A value of this parameter, one for all channels, in the unit of the formulas.
+    #[must_use]
+    pub fn in_formula_units(&self, value: f64) -> f64 {
+        value * self.unit.factor(None)
+    }
+
     /// The same parameter with one value per channel.
     #[must_use]
     pub const fn per_channel(self) -> Self {

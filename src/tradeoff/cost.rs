@@ -98,7 +98,7 @@ pub fn basis_cost(entry: &ModelEntry) -> BasisCost {
         Err(_) => return BasisCost { value: f64::NAN, with_derivatives: f64::NAN },
     };
     let shapes = model.parameters().into_iter().filter(|spec| spec.role == Role::Shape);
-    let shapes: Vec<f64> = shapes.map(|spec| spec.initial * spec.unit.factor(None)).collect();
+    let shapes: Vec<f64> = shapes.map(|spec| spec.in_formula_units(spec.initial)).collect();
     let pairs = BASIS_BLOCKS * BLOCK;
     let directions = Directions::Scattered(scattered_directions(pairs, 80.0, 1));
     let blocks: Vec<Block> = directions
