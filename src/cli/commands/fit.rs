@@ -6,7 +6,7 @@ use crate::cli::messages::{complain, say, show};
 use crate::cli::options::fitting::FittingArguments;
 use crate::cli::options::input::{ReadArguments, SampleArguments};
 use crate::cli::options::loss::LossArguments;
-use crate::cli::options::report::ReportArguments;
+use crate::cli::options::report::{ReportArguments, SEVERAL_INPUTS};
 use crate::cli::options::settings::SettingArguments;
 use crate::cli::options::threads::{at_least_one, threads};
 use crate::cli::outcome::Outcome;
@@ -33,7 +33,7 @@ pub struct Arguments {
     #[arg(short, long = "model", required = true, value_name = "EXPR")]
     models: Vec<String>,
     #[command(flatten)]
-    report: ReportArguments,
+    report: ReportArguments<SEVERAL_INPUTS>,
     #[command(flatten)]
     samples: SampleArguments,
     #[command(flatten)]

@@ -5,11 +5,13 @@ use brdfit::Error;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
+/// `SEVERAL` where a command takes several inputs, which may have a report each.
+pub const SEVERAL_INPUTS: bool = true;
+
 /// Where the report goes.
 #[derive(Args)]
-pub struct ReportArguments {
-    /// Write the JSON report here too; '-' for standard output, a folder for one file per input
-    #[arg(short, long, value_name = "OUT")]
+pub struct ReportArguments<const SEVERAL: bool = false> {
+    #[arg(short, long, value_name = "OUT", help = output_help(SEVERAL))]
     output: Option<PathBuf>,
     /// JSON on standard output instead of the table
     #[arg(long)]
@@ -19,7 +21,16 @@ pub struct ReportArguments {
     quiet: bool,
 }
 
-impl ReportArguments {
+/// The help of `-o`.
+fn output_help(several: bool) -> &'static str {
+    if several {
+        "Write the JSON report here too; '-' for standard output, a folder for one file per input"
+    } else {
+        "Write the JSON report here too; '-' for standard output"
+    }
+}
+
+impl<const SEVERAL: bool> ReportArguments<SEVERAL> {
     /// Whether JSON goes to standard output, alone.
     pub fn json_alone(&self) -> bool {
         self.json || self.output.as_deref() == Some(Path::new("-"))
