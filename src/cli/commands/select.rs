@@ -1,7 +1,7 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 
 use crate::cli::messages::say;
-use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::input::{ReadArguments, SampleArguments, WITH_SCENE};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::options::threads::{at_least_one, threads};
 use crate::cli::outcome::Outcome;
@@ -40,7 +40,7 @@ pub struct Arguments {
     /// --weights: by default directions count as the scene shows them; with one of the others the samples themselves are fitted,
     /// which shows what that gains
     #[command(flatten)]
-    samples: SampleArguments,
+    samples: SampleArguments<WITH_SCENE>,
     #[command(flatten)]
     read: ReadArguments,
     /// Threads; by default one per core

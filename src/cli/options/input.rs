@@ -4,8 +4,8 @@ use brdfit::Error;
 use brdfit::fit::Metric;
 use brdfit::measurement::formats::{BinPosition, ReadOptions, named, read};
 use brdfit::measurement::{Filters, Measurement, Weighting};
-use clap::Args;
-use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 use std::path::Path;
 
 /// How a file is read.
@@ -51,14 +51,17 @@ impl ReadArguments {
     }
 }
 
+/// `SCENE` where a command knows a scene, whose image may say how samples count.
+pub const WITH_SCENE: bool = true;
+
 /// Which samples count, and what is compared.
 #[derive(Args)]
-pub struct SampleArguments {
+pub struct SampleArguments<const SCENE: bool = false> {
     /// What is compared: f cos(theta_i), its logarithm ln(1 + x), or its cube root
     #[arg(long, value_enum, default_value_t = MetricName::Cbrt)]
     metric: MetricName,
     /// Weights of the samples; by default solid-angle on MERL grids, uniform elsewhere; `scene` for select
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = weights(SCENE))]
     weights: Option<Weights>,
     /// Largest angle of incidence and viewing, degrees, inclusive; 80 by default, 90 for select
     #[arg(long, value_name = "DEG")]
@@ -90,7 +93,7 @@ enum MetricName {
     Cbrt,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Weights {
     SolidAngle,
     Uniform,
@@ -99,7 +102,16 @@ enum Weights {
     Scene,
 }
 
-impl SampleArguments {
+/// Reads weights by name. Those of a scene are offered where there is one, and understood everywhere: the error then says
+/// which command has one.
+fn weights(scene: bool) -> impl TypedValueParser<Value = Weights> {
+    let shown =
+        |weights: &Weights| weights.to_possible_value().map(|v| v.hide(*weights == Weights::Scene && !scene));
+    let values = Weights::value_variants().iter().filter_map(shown);
+    PossibleValuesParser::new(values).try_map(|name| Weights::from_str(&name, false))
+}
+
+impl<const SCENE: bool> SampleArguments<SCENE> {
     /// The metric.
     pub fn metric(&self) -> Metric {
         match self.metric {
