@@ -122,6 +122,7 @@ pub fn excerpt(text: &str) -> String {
 /// Like [`excerpt`], without the quotes.
 #[must_use]
 pub fn short(text: &str) -> String {
+    /// Characters that are kept.
     const LONGEST: usize = 60;
     let clean: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().nth(LONGEST).is_some() { format!("{clean}...") } else { clean }

@@ -49,7 +49,7 @@ impl Now {
 }
 
 impl Bar {
-    /// A line about so many fits; hidden if `quiet` or not on a terminal.
+    /// A line about this number of fits; hidden if `quiet` or not on a terminal.
     pub fn new(fits: usize, quiet: bool) -> Self {
         let shown = !quiet && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };

@@ -63,13 +63,15 @@ pub struct Remark {
 const MOST: f64 = 1e4;
 /// The largest K/S of opaque paint: it reflects 5e-7.
 const BLACKEST: f64 = 1e6;
-/// The search for a start: so many values of S X, even in the logarithm between two ends, each with the best of so many of
-/// K/S. Each is followed to its minimum: in films that nearly hide their backing K/S is so much better determined than their
-/// size that the costs at the points of a grid do not tell which size is the best.
+/// Values of S X that the search for a start tries: their number, and the ends between which they are evenly spaced in the
+/// logarithm. Each is followed to its minimum: in films that nearly hide their backing K/S is so much better determined than
+/// their size that the costs at the points of a grid do not tell which size is the best.
 const SIZES: (u32, f64, f64) = (25, 1e-4, 1e2);
+/// Values of K/S of which the search takes the best for each S X: their number, and the ends, as for [`SIZES`].
 const RATIOS: (u32, f64, f64) = (61, 1e-6, 1e6);
-/// Each start is followed for so many iterations, and the best few then to the end.
+/// Iterations for which each start is followed before the best are chosen.
 const ROUGH_ITERATIONS: u64 = 15;
+/// How many of the best starts are then followed to the end.
 const FINALISTS: usize = 3;
 /// A share of the light that comes from the backing below this does not tell thickness from anything.
 const OPAQUE: f64 = 1e-10;
@@ -230,7 +232,7 @@ fn by_least_squares(problem: &Problem<'_>) -> Result<Found, Error> {
     best.map(|(_, found)| found).ok_or_else(|| Error::Optimiser("no start for a drawdown".to_owned()))
 }
 
-/// The value number `i` of so many, even in the logarithm between two ends.
+/// Value number `i` of `n` that are evenly spaced in the logarithm between two ends.
 fn even((n, low, high): (u32, f64, f64), i: u32) -> f64 {
     low * (high / low).powf(f64::from(i) / f64::from(n - 1))
 }

@@ -49,9 +49,13 @@ pub struct Drawdown {
 /// A header or a field that is not what it should be: expected, found.
 type Wrong = (String, String);
 
+/// The column of the films' thickness.
 const THICKNESS: &str = "thickness";
+/// The column of the backing that a row was measured over.
 const BACKGROUND: &str = "background";
+/// The column of standard deviations.
 const SIGMA: &str = "sigma";
+/// What columns of reflectances over a backing begin with.
 const OVER: &str = "over_";
 /// Columns that name the channel of a row.
 const NAMES: [&str; 2] = ["channel", "wavelength"];

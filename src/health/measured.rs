@@ -6,17 +6,17 @@ use crate::math::count;
 use crate::measurement::{Measurement, coverage};
 use serde::Serialize;
 
-/// A value that lies more than so many standard deviations below 0 is no noise.
+/// Standard deviations below 0 beyond which a value is no noise.
 pub const NOISE_SIGMAS: f64 = 5.0;
 /// Where no standard deviation is given, a value below 0 by more than this share of the mean of abs(f) is no noise.
 pub const NOISE_SHARE: f64 = 0.05;
 /// Relative rms difference of pairs measured both ways beyond which a measurement is not reciprocal.
 pub const RECIPROCITY_LIMIT: f64 = 0.2;
-/// And beyond which there is a warning.
+/// Relative rms difference of pairs measured both ways beyond which there is a warning.
 pub const RECIPROCITY_WARNING: f64 = 0.05;
 /// Width of the ranges of incidence that albedos are averaged over, degrees.
 const RANGE_DEG: f64 = 10.0;
-/// So many of them: up to 80 degrees.
+/// Number of ranges of incidence: up to 80 degrees.
 const RANGES: u8 = 8;
 
 /// What was found of a measurement.

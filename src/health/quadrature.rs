@@ -186,7 +186,7 @@ fn integrate(
     wi: DVec3,
     cells: &[Cell],
 ) -> Vec<Done> {
-    // So many cells at a time that their points fit in little memory.
+    /// Cells whose points are evaluated together: few enough to take little memory.
     const AT_ONCE: usize = 256;
     let mut done = Vec::with_capacity(cells.len());
     for cells in cells.chunks(AT_ONCE) {

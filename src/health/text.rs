@@ -3,7 +3,7 @@
 use super::{Albedo, Finding, Kept, MeasurementHealth, ModelHealth, written};
 use std::fmt::Write as _;
 
-/// At most so many parameters or channels are listed.
+/// The most parameters or channels that are listed.
 const LISTED: usize = 12;
 
 /// What was found of a model, ending in a newline.

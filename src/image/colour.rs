@@ -224,6 +224,7 @@ pub(super) static TO_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| {
     primaries * Matrix3::from_diagonal(&amounts)
 });
 
+/// XYZ to linear RGB.
 static FROM_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| TO_XYZ.try_inverse().unwrap_or_default());
 
 /// Luminance of linear RGB: white has 1.

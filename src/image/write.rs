@@ -76,7 +76,9 @@ pub fn png(image: &Image, exposure: f64) -> Result<Vec<u8>, Error> {
 /// # Errors
 /// [`Error::Usage`] if there is none, or the number of pixels of one does not match.
 pub fn side_by_side(images: &[&Image]) -> Result<Image, Error> {
+    /// Width of the line between two images, pixels.
     const GAP: usize = 4;
+    /// Linear RGB of the line, and of what lies below an image that is lower than the others.
     const GREY: [f64; 3] = [0.2; 3];
     images.iter().try_for_each(|image| image.check())?;
     let height = images.iter().map(|image| image.height).max().unwrap_or(0);

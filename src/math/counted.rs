@@ -63,6 +63,7 @@ impl Operations {
 }
 
 thread_local! {
+    /// What has been counted on this thread.
     static TALLY: Cell<Operations> = const { Cell::new(Operations {
         sums: 0, products: 0, choices: 0, quotients: 0, roots: 0, transcendental: 0,
     }) };

@@ -31,16 +31,21 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 /// 2^52: an integer below 2^52 put into the low bits of this makes the double 2^52 + integer.
 const TWO_52: f64 = 4_503_599_627_370_496.0;
 
-/// ln 2 in two parts. The first has 21 zero bits at its end: its product with an exponent is exact.
+/// The larger part of ln 2. It has 21 zero bits at its end: its product with an exponent is exact.
 const LN_2_HIGH: f64 = f64::from_bits(0x3fe6_2e42_fee0_0000);
+/// What [`LN_2_HIGH`] lacks of ln 2.
 const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// What pi exceeds the double nearest to it by, relative to pi.
 const PI_REST: f64 = 1.224_646_799_147_353_2e-16 / PI;
 
+/// What is added to the exponent of a double before it is stored.
 const EXPONENT_BIAS: u64 = 1023;
+/// Bits of a double after the point.
 const MANTISSA_BITS: u32 = 52;
+/// The bits after the point.
 const MANTISSA: u64 = (1 << MANTISSA_BITS) - 1;
+/// The bit of the sign.
 const SIGN: u64 = 1 << 63;
 
 /// A polynomial, coefficients from the constant upwards, by Horner's rule.
@@ -147,7 +152,8 @@ fn ln_at_limits(x: f64, logarithm: f64) -> f64 {
 /// f is exact, so that the relative error stays small about x = 1 (fdlibm, `e_log.c`, Sun Microsystems 1993).
 #[inline(always)]
 fn ln_of_normal(x: f64, exponent: f64, small: f64) -> f64 {
-    // Moved up by this many steps, the exponent's bits change at sqrt(2) instead of 2.
+    /// The bits of sqrt(1/2), rounded to the upper half: moved up by what 1 exceeds them, the exponent changes at sqrt(2) instead
+    /// of 2.
     const SQRT_HALF: u64 = 0x3fe6_a09e_0000_0000;
     let moved = x.to_bits().wrapping_add(1.0_f64.to_bits() - SQRT_HALF);
     let biased = f64::from_bits((moved >> MANTISSA_BITS) | TWO_52.to_bits());
@@ -192,6 +198,7 @@ pub(crate) fn erfc(x: f64) -> f64 {
 /// 1 + w q(t) with w = x/(x + k) = (1 + t)/2: w q(t) stays below 0.29, and its rounding with it.
 #[inline(always)]
 pub(crate) fn erfcx(x: f64) -> f64 {
+    /// k: where t = 0.
     const K: f64 = 3.75;
     // The quotient of infinities is no number; from 1e30 on it is 1.
     let near = if x > 1e30 { 1e30 } else { x };
@@ -279,8 +286,9 @@ pub(crate) fn atan2(y: f64, x: f64) -> f64 {
 /// <https://doi.org/10.3390/en14041058>).
 #[inline(always)]
 pub(crate) fn inverse_cbrt(y: f64) -> f64 {
+    /// The constant from which a third of the bits is taken.
     const START: u64 = 0x553e_e94b_8525_f7bf;
-    // bits/3 = (upper half) (2^32/3): a product of 32-bit numbers, which SSE2 has packed; one of 64 it has not.
+    /// 2^32/3. bits/3 = (upper half) (2^32/3): a product of 32-bit numbers, which SSE2 has packed; one of 64 it has not.
     const THIRD: u64 = 0x5555_5555;
     let t = f64::from_bits(START.wrapping_sub((y.to_bits() >> 32).wrapping_mul(THIRD)));
     // In this order the products lie between y and 1 in size and cannot overflow.

@@ -19,9 +19,13 @@ pub struct Wide {
     low: f64,
 }
 
+/// 0.
 const ZERO: Wide = Wide { high: 0.0, low: 0.0 };
+/// 1.
 const ONE: Wide = Wide { high: 1.0, low: 0.0 };
+/// ln 2.
 const LN_2: Wide = Wide { high: std::f64::consts::LN_2, low: 2.319_046_813_846_299_6e-17 };
+/// pi/2.
 const HALF_PI: Wide = Wide { high: std::f64::consts::FRAC_PI_2, low: 6.123_233_995_736_766e-17 };
 /// 1/sqrt(pi).
 const INVERSE_ROOT_PI: Wide = Wide { high: 0.564_189_583_547_756_3, low: 7.667_729_806_582_94e-18 };

@@ -28,7 +28,7 @@ const ROUNDING_DEG: f64 = 1e-6;
 const MOST_ANGLES: usize = 50;
 /// Width of those ranges, degrees.
 const RANGE_DEG: f64 = 5.0;
-/// So many of them reach the horizon.
+/// Number of those ranges, from the normal to the horizon.
 const RANGES: usize = 18;
 
 impl IncidenceGroups {

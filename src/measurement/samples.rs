@@ -40,7 +40,7 @@ pub struct Filters {
     pub max_theta_deg: f64,
     /// Weights; by default solid-angle on grids and uniform elsewhere.
     pub weighting: Option<Weighting>,
-    /// Use only so many samples, drawn evenly over the measure; all if none.
+    /// How many samples are used, drawn evenly over the measure. `None` means all.
     pub samples: Option<usize>,
     /// Seed of the draw.
     pub seed: u64,

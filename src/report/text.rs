@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 /// Correlations beyond this are listed.
 const LISTED_CORRELATION: f64 = 0.9;
-/// At most so many of them.
+/// The most correlations that are listed.
 const LISTED: usize = 10;
 
 /// The report as text, ending in a newline.
@@ -91,7 +91,7 @@ fn significant(value: f64) -> String {
     text
 }
 
-/// A number with so many significant digits, in plain or scientific notation.
+/// A number with `kept` significant digits, in plain or scientific notation.
 fn digits(value: f64, kept: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");

@@ -35,8 +35,8 @@ struct Map {
     pixels: Vec<[f32; 3]>,
 }
 
-/// The points of light that stand for the map in the bytes of an EXR file, its values times `scale`: so many as each of `samples`
-/// says.
+/// The points of light that stand for the map in the bytes of an EXR file, its values times `scale`: one list for each
+/// number of points in `samples`.
 pub(super) fn lamps<const N: usize>(
     bytes: &[u8],
     path: &Path,

@@ -84,7 +84,7 @@ impl Scene {
     }
 }
 
-/// What the pixels of `scene` see of `lamps`; if more than `most` see the surface, so many of them.
+/// What the pixels of `scene` see of `lamps`; if more than `most` pixels see the surface, `most` of them at the most.
 fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
     let (width, height) = scene.size();
     let hit = |pixel: u32| scene.surface.hit(&scene.camera.ray(pixel % width, pixel / width));

@@ -61,10 +61,11 @@ pub struct BasisCost {
 const SERIES: Duration = Duration::from_millis(2);
 /// How many series are timed.
 const REPEATS: usize = 9;
-/// Evaluations in a call. The preparation is measured apart; it is to be small beside so many.
+/// Evaluations in a call. The preparation is measured apart; it is to be small beside them.
 const PAIRS: usize = 2048;
-/// The same where the preparation takes more operations than [`LONG`], as tables do.
+/// Evaluations in a call where the preparation takes more operations than [`LONG`], as tables do.
 const MORE_PAIRS: usize = 40_000;
+/// Operations of a preparation beyond which it is long.
 const LONG: u64 = 20_000;
 
 /// Counts and times evaluations with the parameters of one channel at `pairs`.

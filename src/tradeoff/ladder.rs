@@ -49,7 +49,9 @@ const fn shortcut(name: &'static str, exact: &'static str, approximate: &'static
     Shortcut { name, exact, approximate }
 }
 
+/// A surface with GGX, where shortcuts begin or end.
 const GGX: &str = "lambert + cook-torrance(d=ggx, g=smith, f=schlick)";
+/// A surface with Beckmann's distribution, where shortcuts begin.
 const BECKMANN: &str = "lambert + cook-torrance(d=beckmann, g=smith, f=schlick)";
 
 /// Approximations in common use.

@@ -4,10 +4,13 @@ use super::{Entry, Tradeoff, recorded_in};
 use crate::error::Error;
 use plotters::prelude::*;
 
-/// Width, and height of the plot alone; below it each model has a line.
+/// Width, and height of the plot alone, pixels.
 const SIZE: (u32, u32) = (900, 480);
+/// Height of the line that each model has below the plot, pixels.
 const LINE: u32 = 15;
+/// Colour of models on the front.
 const FRONT: RGBColor = RGBColor(0, 90, 160);
+/// Colour of the others.
 const BEHIND: RGBColor = RGBColor(150, 150, 150);
 
 /// A point of the plot.

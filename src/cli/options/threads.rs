@@ -3,7 +3,7 @@
 use brdfit::Error;
 use rayon::ThreadPool;
 
-/// So many threads; one per core if 0.
+/// A pool of `number` threads, or of one per core if that is 0.
 pub fn threads(number: usize) -> Result<ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(number).build();
     pool.map_err(|e| Error::Usage(format!("--threads: {e}")))

@@ -18,7 +18,9 @@ use std::path::Path;
 /// f per stored unit, by channel.
 pub const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
+/// Bytes of the three integers at the beginning.
 const HEADER_BYTES: usize = 12;
+/// Bytes of a whole file.
 const FILE_BYTES: usize = HEADER_BYTES + 3 * 8 * HalfDifferenceGrid::CELLS;
 
 /// The format's line in the registry.

@@ -27,6 +27,7 @@ pub(super) struct Cells {
     values: Vec<f64>,
 }
 
+/// Stands for the sample of a cell that the measurement does not hold.
 const ABSENT: u32 = u32::MAX;
 
 /// The indices of a cell; theta_h and theta_d may lie outside the grid.

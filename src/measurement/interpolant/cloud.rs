@@ -73,7 +73,7 @@ pub struct Symmetry {
 const NEAREST: usize = 12;
 /// The neighbour that says how far a sample reaches.
 const REACH: usize = 8;
-/// How much worse samples may be foretold with a symmetry than without.
+/// How much worse samples may be predicted with a symmetry than without.
 const WORSE: f64 = 1.1;
 /// Samples left out to choose the symmetry.
 const JUDGES: usize = 500;

@@ -1,4 +1,4 @@
-//! How well samples are foretold by the others.
+//! How well samples are predicted from the others.
 
 use rayon::prelude::*;
 use schemars::JsonSchema;

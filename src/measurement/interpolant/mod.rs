@@ -6,7 +6,7 @@
 //! | scattered | local linear regression on the nearest samples, through every sample: `cloud` |
 //!
 //! Below the horizon f = 0. Every answer says whether data surround the pair, and
-//! [`Interpolant::leave_out_error`] how well samples are foretold by the others. docs/image.md has what was
+//! [`Interpolant::leave_out_error`] how well samples are predicted from the others. docs/image.md has what was
 //! measured of both.
 
 mod cells;
@@ -64,6 +64,7 @@ impl Interpolant {
     /// f at every pair. The same at any number of threads.
     #[must_use]
     pub fn at(&self, pairs: &[Pair]) -> Answer {
+        /// Pairs that one thread answers together.
         const PART: usize = 512;
         let parts: Vec<(Vec<f64>, Vec<bool>)> = pairs.par_chunks(PART).map(|part| self.part(part)).collect();
         let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(pairs.len()); self.channels];

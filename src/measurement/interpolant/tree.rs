@@ -32,6 +32,7 @@ enum Node {
     },
 }
 
+/// The most points of a leaf.
 const LEAF: usize = 8;
 
 impl Tree {

@@ -60,7 +60,7 @@ impl Counts {
     }
 
     /// Every bin that lies within `max_theta` (radians) of the normal as a whole, as a sample of f measured
-    /// with so many `rays`.
+    /// with this number of `rays`.
     pub fn samples(&self, theta_i: f64, max_theta: f64, rays: usize) -> Vec<Sample> {
         let wi = direction(theta_i, 0.0);
         let rule = GaussLegendre::new(3);

@@ -82,7 +82,7 @@ struct Hit {
 }
 
 impl Tile {
-    /// A tile with sides of so many correlation lengths, of rms slope `m`.
+    /// A tile of rms slope `m` with sides of `lengths` correlation lengths.
     pub fn new(m: f64, lengths: usize, rng: &mut impl Rng) -> Self {
         let side = lengths * PER_LENGTH;
         let heights = waves(lengths, side, rng);

@@ -37,8 +37,7 @@ use surface::{Fate, RoughSurface};
 /// What kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Normally distributed heights with a Gaussian autocorrelation, on square tiles with sides of so many
-    /// correlation lengths.
+    /// Normally distributed heights with a Gaussian autocorrelation, on square tiles.
     Gaussian {
         /// Correlation lengths along a side, in [`TILES`].
         tile: usize,
