@@ -13,6 +13,7 @@ name), and whatever stands under `#[cfg(test)]`.
 """
 
 import argparse
+import os
 import re
 import sys
 import tempfile
@@ -173,31 +174,26 @@ class Source:
             (path[0], name): path for path, module in self.modules.items() for name in module.macros
         }
 
-    def resolve(self, module, path, known=frozenset()):
+    def resolve(self, module, path, followed=frozenset()):
         """The module that a path leads to and what is left of it: nothing, or an item of that module and its parts.
 
-        `None` for paths into other crates.
+        `None` for paths into other crates. `followed` are the `use` declarations passed on the way, each with its module.
         """
-        if (module.path, path) in known:
-            return None
-        known = known | {(module.path, path)}
         first, *rest = path
         if first == "crate":
-            return self.walk(module.path[:1], rest, known)
+            return self.walk(module.path[:1], rest, followed)
         if first == "self":
-            return self.walk(module.path, rest, known)
+            return self.walk(module.path, rest, followed)
         if first == "super":
-            return self.walk(module.path[:-1], rest, known) if len(module.path) > 1 else None
+            return self.walk(module.path[:-1], rest, followed) if len(module.path) > 1 else None
         if first in module.children or first in module.items:
-            return self.walk(module.path, path, known)
-        for use in module.uses:
-            if use.name == first:
-                return self.resolve(module, use.path + tuple(rest), known - {(module.path, path)} | {(use, path)})
-        if first == LIBRARY and module.path[0] != LIBRARY:
-            return self.walk((LIBRARY,), rest, known)
-        return None
+            return self.walk(module.path, path, followed)
+        found = self.imported(module, path, followed)
+        if found is None and first == LIBRARY and module.path[0] != LIBRARY:
+            return self.walk((LIBRARY,), rest, followed)
+        return found
 
-    def walk(self, at, rest, known):
+    def walk(self, at, rest, followed):
         """Follows `rest` from the module `at`, through the names that modules re-export."""
         rest = tuple(rest)
         while rest:
@@ -209,19 +205,20 @@ class Source:
             elif name in module.items:
                 return at, rest
             else:
-                return self.imported(module, rest, known) or (at, rest)
+                # What no declaration shows, a macro has made: it counts as the module's own.
+                return self.imported(module, rest, followed) or (at, rest)
         return at, rest
 
-    def imported(self, module, path, known):
-        """Where a name leads that a module has by `use` alone."""
+    def imported(self, module, path, followed):
+        """Where a path leads that begins with a name that the module has by `use`."""
         for use in module.uses:
-            step = (use, path)
-            if step in known:
+            step = (module.path, use)
+            if step in followed:
                 continue
             if use.name == path[0]:
-                return self.resolve(module, use.path + path[1:], known | {step})
+                return self.resolve(module, use.path + tuple(path[1:]), followed | {step})
             if use.name == "*":
-                found = self.resolve(module, use.path[:-1] + path, known | {step})
+                found = self.resolve(module, use.path[:-1] + tuple(path), followed | {step})
                 if found and found[1] and found[1][0] in self.modules[found[0]].items:
                     return found
         return None
@@ -233,7 +230,7 @@ class Source:
             if use.name == "*":
                 yield from self.by_glob(module, use)
                 continue
-            found = self.resolve(module, use.path, frozenset({(use, use.path)}))
+            found = self.resolve(module, use.path, frozenset({(module.path, use)}))
             # A module by itself is not an import: the paths that begin with its name are.
             if found is None or not found[1]:
                 continue
@@ -256,13 +253,14 @@ class Source:
 
     def by_glob(self, module, use):
         """What a glob brings that the module's code uses."""
-        target = self.resolve(module, use.path[:-1], frozenset({(use, use.path)}))
+        followed = frozenset({(module.path, use)})
+        target = self.resolve(module, use.path[:-1], followed)
         if target is None or target[1]:
             return
         source = self.modules[target[0]]
         for name in source.items | {other.name for other in source.uses} - {"*"}:
             if uses_name(module.code, name):
-                found = self.walk(source.path, (name,), frozenset({(use, use.path)}))
+                found = self.walk(source.path, (name,), followed)
                 yield found[0], use.line, f"use {'::'.join(use.path)} ({name})"
 
     def in_registry(self, module, call):
@@ -405,7 +403,7 @@ def self_test():
             "globs count by the names that are used",
             {
                 "lib.rs": "mod a; mod b; mod c;",
-                "a.rs": "use crate::b::*; fn f(x: B) {}",
+                "a.rs": "use crate::b::*; use x::x; use y; fn f(x: B) { x::z(); y::z() }",
                 "b.rs": "pub use crate::c::C; pub struct B;",
                 "c.rs": "pub struct C; fn lifetimes<'a>(x: &'a str) -> char { '\"' }",
             },
@@ -434,7 +432,8 @@ def main():
     if parser.parse_args().self_test:
         self_test()
         return 0
-    return 1 if check(Path(__file__).resolve().parent.parent.joinpath("src").relative_to(Path.cwd())) else 0
+    source = Path(__file__).resolve().parent.parent / "src"
+    return 1 if check(Path(os.path.relpath(source))) else 0
 
 
 if __name__ == "__main__":
