@@ -61,7 +61,7 @@ class Module:
     code: str  # Without comments, strings, tests and `use` declarations.
     children: set[str] = field(default_factory=set)
     items: set[str] = field(default_factory=set)
-    macros: set[str] = field(default_factory=set)
+    macros: dict[str, set[str]] = field(default_factory=dict)  # With the types and constants that each makes.
     uses: list[Use] = field(default_factory=list)
 
 
@@ -137,11 +137,13 @@ def read_module(path, file):
         line = line_of(code, use.start())
         for name, target in names_of_tree(use["tree"]):
             module.uses.append(Use(name, target, bool(use["public"]), line))
-    module.macros = set(MACRO.findall(code))
+    for macro in MACRO.finditer(code):
+        body = code[macro.end() : end_of_block(code, macro.end())]
+        module.macros[macro[1]] = {name for name in ITEM.findall(body) if not name[0].islower()}
     module.code = USE.sub(lambda match: blank(match[0]), code)
     outside = top_level(module.code)
     module.children = set(MODULE_LINE.findall(outside))
-    module.items = set(ITEM.findall(outside)) | module.macros
+    module.items = set(ITEM.findall(outside)) | module.macros.keys()
     return module
 
 
@@ -173,6 +175,10 @@ class Source:
         self.macros = {
             (path[0], name): path for path, module in self.modules.items() for name in module.macros
         }
+        for module in self.modules.values():
+            for name in MACRO_CALL.findall(module.code):
+                if defined := self.macros.get((module.path[0], name)):
+                    module.items |= self.modules[defined].macros[name]
 
     def resolve(self, module, path, followed=frozenset()):
         """The module that a path leads to and what is left of it: nothing, or an item of that module and its parts.
@@ -205,7 +211,7 @@ class Source:
             elif name in module.items:
                 return at, rest
             else:
-                # What no declaration shows, a macro has made: it counts as the module's own.
+                # What no declaration shows counts as the module's own.
                 return self.imported(module, rest, followed) or (at, rest)
         return at, rest
 
@@ -283,7 +289,7 @@ class Source:
 
 
 def uses_name(code, name):
-    """Whether code uses an item of that name; a function's name counts where it is called, for variables have such names."""
+    """Whether code uses an item of that name. A function's name counts where it is called: variables have such names, too."""
     if name[0].islower():
         return re.search(rf"(?<![\w.$])(?<!fn ){name}\s*(\(|::|!)", code) is not None
     return re.search(rf"(?<![\w$]){name}(?!\w)", code) is not None
@@ -371,7 +377,8 @@ def self_test():
             "mod and pub use lines alone are no import, tests do not count",
             {
                 "lib.rs": "mod p;",
-                "p/mod.rs": "mod c; pub use c::helper; pub struct P;\n#[cfg(test)]\nmod tests { use super::c::helper; fn f() { helper() } }",
+                "p/mod.rs": "mod c; pub use c::helper; pub struct P;\n"
+                "#[cfg(test)]\nmod tests { use super::c::helper; fn f() { helper() } }",
                 "p/c.rs": "use super::P; pub fn helper(p: P) {}",
             },
             {"p/c.rs": {"p/mod.rs"}},
@@ -380,12 +387,15 @@ def self_test():
         (
             "registries, by path and by name, and macros",
             {
-                "lib.rs": "mod r;",
-                "r/mod.rs": "mod x; mod y;\nmacro_rules! list { ($($m:ident),*) => { $($m::go();)* } }\npub trait T {}\nlist! { x, y }",
+                "lib.rs": "mod r; pub use r::*; mod s;",
+                "r/mod.rs": "mod x; mod y;\n"
+                "macro_rules! list { ($($m:ident),*) => { enum Any {} $($m::go();)* } }\n"
+                "pub trait T {}\nlist! { x, y }",
                 "r/x.rs": "use super::T; struct X; impl T for X {}",
                 "r/y.rs": "pub fn go() {}",
+                "s.rs": "fn f(any: crate::Any) {}",
             },
-            {"r/mod.rs": {"r/x.rs", "r/y.rs"}, "r/x.rs": {"r/mod.rs"}},
+            {"r/mod.rs": {"r/x.rs", "r/y.rs"}, "r/x.rs": {"r/mod.rs"}, "s.rs": {"r/mod.rs"}},
             [["r/mod.rs", "r/x.rs"]],
         ),
         (
