@@ -21,7 +21,7 @@ use clap::Subcommand;
 /// Makes the set of subcommands from one line each: the module's `Arguments` and `run`.
 macro_rules! subcommands {
     ($($(#[$doc:meta])* $name:ident: $module:ident),* $(,)?) => {
-        /// The subcommands and their arguments.
+        // No doc comment here: clap would take it for the program's.
         #[derive(Subcommand)]
         pub enum Command { $(
             $(#[$doc])*
