@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct Quantity {
     /// The number.
     pub value: f64,
-    /// Its standard error; none at a bound, or where there are no more reflectances than unknowns and no
+    /// Its standard error. `None` at a bound, or where there are no more reflectances than unknowns and no
     /// standard deviations.
     pub std_error: Option<f64>,
 }
@@ -24,11 +24,11 @@ pub struct Quantity {
 pub struct Fitted {
     /// Index into the drawdown's series.
     pub series: usize,
-    /// Absorption per thickness; none where the reflectances do not determine it.
+    /// Absorption per thickness. `None` where the reflectances do not determine it.
     pub k: Option<Quantity>,
     /// Scattering per thickness, likewise.
     pub s: Option<Quantity>,
-    /// K/S; none where S is 0 too.
+    /// K/S. `None` where S is 0 too.
     pub k_over_s: Option<Quantity>,
     /// Reflectance of an opaque layer of the same paint, without the surface.
     pub r_inf: Option<Quantity>,
@@ -89,7 +89,7 @@ pub fn fit(drawdown: &Drawdown, surface: Surface) -> Result<Vec<Fitted>, Error> 
 struct Problem<'a> {
     patches: &'a [Patch],
     surface: Surface,
-    /// Typical thickness; none where all are infinite.
+    /// Typical thickness. `None` where all are infinite.
     unit: Option<f64>,
     /// Whether every patch has a standard deviation.
     weighted: bool,
@@ -237,7 +237,7 @@ fn even((n, low, high): (u32, f64, f64), i: u32) -> f64 {
     low * (high / low).powf(f64::from(i) / f64::from(n - 1))
 }
 
-/// Standard deviations of the parameters of `columns`, in units of the residuals' own; none where they are not determined.
+/// Standard deviations of the parameters of `columns`, in units of the residuals' own. `None` where they are not determined.
 fn spread(columns: &[DVector<f64>]) -> Option<Vec<f64>> {
     let n = columns.len();
     let rows = columns.first()?.len();

@@ -1,11 +1,11 @@
-//! How closely a model is looked at.
+//! How closely a model is checked.
 
 use super::quadrature::Quadrature;
 
 /// Angles of incidence at which albedos are integrated, degrees.
 pub const INCIDENCES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0, 89.9];
 
-/// How closely to look.
+/// How closely a model is checked.
 #[derive(Clone, Debug)]
 pub struct Effort {
     /// Pairs of directions that f is compared at.

@@ -34,7 +34,7 @@ pub struct MeasurementHealth {
     pub format: &'static str,
     /// SHA-256 of its bytes.
     pub sha256: String,
-    /// Samples looked at.
+    /// Samples that were checked.
     pub samples: usize,
     /// Whether no finding breaks physics.
     pub sound: bool,
@@ -81,7 +81,7 @@ pub struct MeasuredAlbedo {
     pub error: f64,
 }
 
-/// Looks at a measurement.
+/// Checks a measurement.
 #[must_use]
 pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
     let coverage = coverage(measurement);

@@ -98,7 +98,7 @@ pub struct ModelChannel {
     pub digits: Digits,
 }
 
-/// Looks at a model with the values that `table` has.
+/// Checks a model with the values that `table` has.
 #[must_use]
 pub fn model(
     expression: &Expression,

@@ -18,7 +18,7 @@ pub struct Unfinished {
     pub values: usize,
     /// How many derivatives.
     pub derivatives: usize,
-    /// How many of both were looked at.
+    /// How many of both were checked.
     pub tried: usize,
     /// Where the first was; null if there is none.
     pub first: Option<String>,

@@ -52,7 +52,7 @@ pub struct Albedo {
     pub error: Option<f64>,
 }
 
-/// Pairs that f is looked at: over the hemispheres and about the mirror direction, a quarter turned about so that the viewer
+/// Pairs at which f is evaluated: over the hemispheres and about the mirror direction, a quarter turned about so that the viewer
 /// looks back along the light.
 pub(super) fn pairs(n: usize) -> Vec<Pair> {
     let mut pairs = scattered_directions(n, GRAZING_DEG, SEED);

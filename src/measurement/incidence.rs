@@ -68,7 +68,7 @@ impl Samples {
     }
 }
 
-/// One group per angle; none if there are too many.
+/// One group per angle. `None` means that there are too many angles.
 fn angles(theta_i: &[f64]) -> Option<IncidenceGroups> {
     let mut sorted = theta_i.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);

@@ -16,6 +16,7 @@ pub(super) struct Importance {
 }
 
 impl Importance {
+    /// How much the pairs of a view matter, of which those that are `known` have data around them.
     pub(super) fn new(view: &View, known: &[bool]) -> Self {
         assert_eq!(known.len(), view.samples.len(), "what is known stands beside each pair of the view");
         let light: Vec<f64> = view.samples.iter().map(|seen| luminance(seen.weight)).collect();
@@ -28,19 +29,21 @@ impl Importance {
         Self { light, by_pixel }
     }
 
-    /// Pixels that count.
+    /// Whether each pixel counts: it shows the object, and enough of its light comes along pairs with data around them.
     pub(super) fn compared(&self, view: &View) -> Vec<bool> {
         let lit = self.by_pixel.iter().zip(&view.covered);
         lit.map(|([all, with_data], object)| *object && *all > 0.0 && *with_data >= COVERED_SHARE * all)
             .collect()
     }
 
+    /// The share of all light that comes along pairs with data around them.
     pub(super) fn covered_light(&self) -> f64 {
         let sums = self.by_pixel.iter().fold([0.0; 2], |[a, b], [all, with_data]| [a + all, b + with_data]);
         if sums[0] > 0.0 { sums[1] / sums[0] } else { 0.0 }
     }
 
-    /// Pairs of the view, `wanted` of them, drawn in proportion to what an error there does to the image; none if no pair is known.
+    /// Draws `wanted` pairs of the view in proportion to what an error there does to the image. `None` means that no pair is
+    /// known.
     ///
     /// An error d of f at a pair with weight w changes its pixel by w d, and the pairs of a pixel err alike, so
     /// the pixel's squared error is at most W sum(w d^2), W their sum (Cauchy and Schwarz). Fits compare x = f cos(theta_i):

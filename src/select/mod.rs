@@ -37,7 +37,7 @@ use studio::{Precision, Studio, Values};
 pub const SCHEMA: &str = "brdfit.select/1";
 /// The tolerance where none is given: the 95th percentile of CIEDE2000 that is just noticeable.
 pub const JUST_NOTICEABLE: f64 = 1.0;
-/// Pixels that are looked at again in finer light, at most.
+/// The most pixels that are rendered again in finer light.
 pub const FINER_PIXELS: usize = 1000;
 
 /// What a scene needs.
@@ -49,7 +49,7 @@ pub struct Selected {
     pub version: &'static str,
     /// What was measured.
     pub data: Data,
-    /// What it is looked at in.
+    /// The scene that shows it.
     pub scene: SceneRecord,
     /// The metric of the fits: l2, log or cbrt.
     pub metric: &'static str,
@@ -261,7 +261,7 @@ fn trues(mask: &[bool]) -> usize {
     mask.iter().filter(|is| **is).count()
 }
 
-/// Fits a model, and looks at it in both precisions, in the light of the scene and in finer light.
+/// Fits a model, and renders it in both precisions, in the light of the scene and in finer light.
 fn try_model(
     candidate: &Candidate,
     fits: &Fits<'_>,

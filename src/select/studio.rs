@@ -71,8 +71,8 @@ impl Studio {
         }
     }
 
-    /// The measurement at `wanted` pairs of the view, drawn in proportion to what an error there does to the image; none if no
-    /// pair is known.
+    /// The measurement at `wanted` pairs of the view, drawn in proportion to what an error there does to the image. `None` means
+    /// that no pair is known.
     pub(super) fn draw(&self, measurement: &Measurement, wanted: usize) -> Option<Measurement> {
         let chosen = self.importance.draw(&self.view, &self.known, wanted)?;
         let pick = |row: &Vec<f64>| chosen.iter().map(|&index| row[index]).collect();

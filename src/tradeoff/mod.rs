@@ -404,7 +404,7 @@ fn stored(fit: &Fit) -> usize {
     fit.table.rows().iter().filter(|row| !matches!(row.status, Status::Fixed | Status::Tied(_))).count()
 }
 
-/// The model of `to` with the parameters of `from`; none unless both have the same.
+/// The model of `to` with the values that the parameters of `from` have. `None` means that their parameters differ.
 fn with_parameters_of(to: &Fitted, from: &Fitted) -> Option<Fitted> {
     let mut fit = to.fit.clone();
     if fit.table.rows().len() != from.fit.table.rows().len() {

@@ -53,7 +53,7 @@ impl LossArguments {
         }
     }
 
-    /// The scale that the user gave; none for auto.
+    /// The scale that the user gave. `None` means `auto`.
     fn scale(&self) -> Result<Option<f64>, Error> {
         let Some(text) = self.loss_scale.as_deref() else { return Ok(None) };
         if matches!(self.loss, LossName::None) {

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use std::io::Read;
 use std::path::Path;
 
-/// More than any format looks at to recognise itself.
+/// Bytes that are kept to recognise the format by: more than any format needs.
 const HEAD_BYTES: u64 = 65536;
-/// So much of a text is read at once and looked at before more is.
+/// Bytes of a text that are read and checked at once.
 const TEXT_PIECE: u64 = 1 << 20;
 
 /// A file that is read once, from its beginning to its end, and hashed on the way.

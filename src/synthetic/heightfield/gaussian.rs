@@ -100,7 +100,7 @@ impl Tile {
         Self { cells, side, range: [low - room, high + room] }
     }
 
-    /// Where a ray from `place` in `direction` first meets the surface; none if it gets away above it. A ray
+    /// Where a ray from `place` in `direction` first meets the surface. `None` if it gets away above it. A ray
     /// that begins on the surface leaves the triangle `own`.
     ///
     /// The surface is continuous, so it is enough to look where the ray crosses an edge: it has met the
