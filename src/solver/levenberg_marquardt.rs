@@ -16,6 +16,7 @@
 //! each is shorter than the last, whatever the cost does within its rounding.
 
 use super::bounded_step::bounded_step;
+use super::inverse::svd::Svd;
 use super::least_squares::{LeastSquares, Linearisation};
 use super::termination::{Limits, Observer, Solution, Termination, Tolerances};
 use crate::error::Error;
@@ -367,10 +368,8 @@ impl LevenbergMarquardt {
         }
         let differences: Vec<_> = past.iter().map(|(_, f)| (step - f).component_mul(scale)).collect();
         let moves: Vec<_> = past.iter().map(|(point, f)| x + step - point - f).collect();
-        let weights = DMatrix::from_columns(&differences)
-            .svd(true, true)
-            .solve(&step.component_mul(scale), f64::EPSILON.sqrt())
-            .ok()?;
+        let weights = Svd::new(DMatrix::from_columns(&differences))
+            .solve(&step.component_mul(scale), f64::EPSILON.sqrt());
         let end = step - DMatrix::from_columns(&moves) * weights;
         end.iter().all(|v| v.is_finite()).then_some(end)
     }

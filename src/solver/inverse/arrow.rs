@@ -75,22 +75,6 @@ struct Eliminated {
     remainder: DMatrix<f64>,
 }
 
-impl Svd {
-    /// Which singular values exceed `least`, and which do not.
-    fn split(&self, least: f64) -> (Vec<usize>, Vec<usize>) {
-        (0..self.values.len()).partition(|k| self.values[*k] > least)
-    }
-
-    /// The right vectors of `kept`, each over its singular value.
-    fn half_inverse(&self, kept: &[usize]) -> DMatrix<f64> {
-        let mut half = self.right.select_columns(kept);
-        for (mut column, value) in half.column_iter_mut().zip(self.values.select_rows(kept).iter()) {
-            column /= *value;
-        }
-        half
-    }
-}
-
 impl Scaled {
     /// Takes the own parameters out; directions with a singular value up to `least` count as not determined.
     fn eliminate(&self, least: f64) -> Eliminated {

@@ -3,4 +3,4 @@
 pub(crate) mod arrow;
 pub(crate) mod block_matrix;
 mod lanczos;
-mod svd;
+pub(super) mod svd;

@@ -2,7 +2,7 @@
 //!
 //! That of nalgebra 0.35 multiplies out to something else now and then: of random matrices with two columns that are
 //! alike, one in four comes back off by more than rounding, up to its own size (nalgebra issue 1172). Which parameters
-//! the data do not determine hangs on such matrices.
+//! the data do not determine hangs on such matrices, and where a sequence of nearly parallel steps ends.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 const SWEEPS: usize = 60;
 
 /// A matrix as the sum of its singular values times a left and a right vector each, as many as it has columns.
-pub(super) struct Svd {
+pub(crate) struct Svd {
     /// The left vectors as columns, of unit length where the singular value is not 0.
     pub(super) left: DMatrix<f64>,
     pub(super) values: DVector<f64>,
@@ -22,7 +22,7 @@ impl Svd {
     /// By Jacobi's method on pairs of columns (Hestenes 1958; Golub and Van Loan 2013, 8.6.3), which yields small
     /// singular values as precisely as the columns determine them. The values are in no order. The work grows with
     /// the square of the number of columns: a tall matrix is better reduced to a triangle first.
-    pub(super) fn new(matrix: DMatrix<f64>) -> Self {
+    pub(crate) fn new(matrix: DMatrix<f64>) -> Self {
         let n = matrix.ncols();
         let (mut left, mut right) = (matrix, DMatrix::identity(n, n));
         for _ in 0..SWEEPS {
@@ -47,6 +47,27 @@ impl Svd {
             }
         }
         Self { left, values, right }
+    }
+
+    /// The shortest x for which |M x - b| is least; directions with a singular value up to `least` take no part.
+    pub(crate) fn solve(&self, b: &DVector<f64>, least: f64) -> DVector<f64> {
+        assert_eq!(b.len(), self.left.nrows(), "entries of the right-hand side");
+        let (kept, _) = self.split(least);
+        self.half_inverse(&kept) * self.left.select_columns(&kept).tr_mul(b)
+    }
+
+    /// Which singular values exceed `least`, and which do not.
+    pub(super) fn split(&self, least: f64) -> (Vec<usize>, Vec<usize>) {
+        (0..self.values.len()).partition(|k| self.values[*k] > least)
+    }
+
+    /// The right vectors of `kept`, each over its singular value.
+    pub(super) fn half_inverse(&self, kept: &[usize]) -> DMatrix<f64> {
+        let mut half = self.right.select_columns(kept);
+        for (mut column, value) in half.column_iter_mut().zip(self.values.select_rows(kept).iter()) {
+            column /= *value;
+        }
+        half
     }
 }
 
@@ -77,6 +98,18 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
+
+    #[test]
+    fn solutions_are_the_shortest_that_fit_best() {
+        // Twice the same column shares what one of them would take; of 1, 2, 3 the mean fits best.
+        let twins = DMatrix::from_element(3, 2, 1.0);
+        let x = Svd::new(twins).solve(&DVector::from_vec(vec![1.0, 2.0, 3.0]), 1e-8);
+        assert!((x - DVector::from_element(2, 1.0)).norm() < 1e-14);
+        // A line through (0, 1), (1, 3) and (2, 5).
+        let line = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 1.0, 1.0, 1.0, 2.0]);
+        let x = Svd::new(line).solve(&DVector::from_vec(vec![1.0, 3.0, 5.0]), 1e-8);
+        assert!((x - DVector::from_vec(vec![1.0, 2.0])).norm() < 1e-14);
+    }
 
     #[test]
     fn multiplies_out() {
