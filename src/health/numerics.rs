@@ -116,8 +116,7 @@ fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], ampl
     let coefficients = lobe.model.coefficients(amplitudes);
     for (index, pair) in pairs.iter().enumerate() {
         let sum = |rows: &[crate::geometry::Row], by: &[f64]| -> f64 {
-            // Some models have coefficients to spare, for variants with more basis functions.
-            assert!(rows.len() <= by.len(), "a coefficient for each basis function");
+            assert_eq!(rows.len(), by.len(), "a coefficient for each basis function");
             rows.iter().zip(by).map(|(row, a)| a * row[index]).sum()
         };
         let value = sum(basis.values(), &coefficients.values);

@@ -698,7 +698,7 @@ mod tests {
 
     fn shapes(model: &AnyModel) -> Vec<f64> {
         let shapes = model.parameters().into_iter().filter(|spec| spec.role == Role::Shape);
-        shapes.map(|spec| spec.initial * spec.unit.factor(None)).collect()
+        shapes.map(|spec| spec.in_formula_units(spec.initial)).collect()
     }
 
     fn bits(basis: &BasisBlock, shapes: usize) -> Vec<u64> {

@@ -84,6 +84,7 @@ impl Expression {
 
     /// Makes `bases` one per lobe, and prepares in each what takes long for the shapes of every channel. `values` are
     /// those of the parameters, per channel and lobe.
+    #[expect(clippy::indexing_slicing, reason = "every channel has values of every lobe")]
     pub(crate) fn prepare<'a>(
         &self,
         values: &[Vec<LobeValues>],
@@ -92,7 +93,7 @@ impl Expression {
     ) {
         bases.resize(self.lobes.len(), BasisBlock::default());
         for (index, (lobe, basis)) in self.lobes.iter().zip(bases).enumerate() {
-            let of_channel = values.iter().filter_map(|lobes| lobes.get(index));
+            let of_channel = values.iter().map(|lobes| &lobes[index]);
             let shapes: Vec<&[f64]> = of_channel.map(|values| values.shapes.as_slice()).collect();
             lobe.model.prepare(&shapes, derivatives(index), basis);
         }
@@ -138,9 +139,9 @@ impl Expression {
     /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes of each lobe in declared order, in
     /// formula units. 0 where either direction is not above the horizon.
     #[must_use]
+    #[expect(clippy::indexing_slicing, reason = "one pair of directions has one value")]
     pub fn value(&self, geometry: &Geometry<f64>, parameters: &[LobeValues]) -> f64 {
-        let values = self.values_in(std::slice::from_ref(geometry), parameters);
-        values.first().copied().unwrap_or(f64::NAN)
+        self.values_in(std::slice::from_ref(geometry), parameters)[0]
     }
 
     /// The BRDF at some pairs of directions, in any scalar: what [`Expression::value`] gives for each. The crate that calls
@@ -151,6 +152,7 @@ impl Expression {
         geometries: &[Geometry<T::Real>],
         parameters: &[LobeValues<T>],
     ) -> Vec<T> {
+        assert_eq!(parameters.len(), self.lobes.len(), "values of every lobe");
         let zero = T::constant(0.0);
         let mut sums = vec![zero; geometries.len()];
         for (lobe, LobeValues { shapes, amplitudes }) in self.lobes.iter().zip(parameters) {

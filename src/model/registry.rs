@@ -1,12 +1,13 @@
 //! The registry of all models.
 //!
 //! To add a model: copy the file of the one most like it, and add one line to the `models!` list below.
+#![allow(clippy::indexing_slicing, reason = "a kernel: an index beyond the end is a mistake in a model")]
 
 use super::Model;
 use super::choices::{Choices, ModelOption};
 use super::evaluation::BasisBlock;
 use super::parameter::ParamSpec;
-use super::part::{Derivatives, Visitor};
+use super::part::{Derivatives, Kernel, Part, Visitor};
 use super::point_evaluation::PointEvaluation;
 use super::published::{
     bagher_sgd, cook_torrance_1982, low_ashikhmin_shirley, low_cook_torrance, low_microfacet, low_smooth,
@@ -80,7 +81,34 @@ pub struct LobeCoefficients {
     pub partials: Vec<Vec<f64>>,
 }
 
+/// Counts the basis functions of the parts that it is shown.
+#[derive(Default)]
+struct FunctionCount {
+    /// Of the terms before.
+    before: usize,
+    /// Of this term.
+    term: usize,
+}
+
+impl Visitor for FunctionCount {
+    fn part<P: Part>(&mut self, _: usize) {
+        self.term = self.term.max(P::Kernel::FUNCTIONS);
+    }
+
+    fn next_term(&mut self) {
+        self.before += self.term;
+        self.term = 0;
+    }
+
+    fn mirror_light(&mut self) {}
+}
+
 fn coefficients<M: Model>(model: &M, amplitudes: &[f64]) -> LobeCoefficients {
+    // A variant may have fewer basis functions than its model has coefficients for.
+    let mut count = FunctionCount::default();
+    model.visit(&mut count);
+    let functions = count.before + count.term;
+
     let value = model.coefficients(Values::new(amplitudes));
     let partials = (0..amplitudes.len())
         .map(|j| {
@@ -90,10 +118,10 @@ fn coefficients<M: Model>(model: &M, amplitudes: &[f64]) -> LobeCoefficients {
                 .map(|(i, &a)| if i == j { Dual::variable(a, 0) } else { Dual::from_real(a) })
                 .collect();
             let duals = model.coefficients(Values::new(&seeded));
-            duals.as_ref().iter().map(|d| d.partials.first().copied().unwrap_or(0.0)).collect()
+            duals.as_ref()[..functions].iter().map(|dual| dual.partials[0]).collect()
         })
         .collect();
-    LobeCoefficients { values: value.as_ref().to_vec(), partials }
+    LobeCoefficients { values: value.as_ref()[..functions].to_vec(), partials }
 }
 
 fn values<M: Model, T: Scalar>(
@@ -194,8 +222,7 @@ macro_rules! models {
                 shapes: &[T],
                 amplitudes: &[T],
             ) -> T {
-                let values = self.values_in(std::slice::from_ref(geometry), shapes, amplitudes);
-                values.first().copied().unwrap_or_else(|| T::constant(f64::NAN))
+                self.values_in(std::slice::from_ref(geometry), shapes, amplitudes)[0]
             }
 
             /// The BRDF at some pairs of directions, each as [`Self::value`] has it; what the shapes alone decide is

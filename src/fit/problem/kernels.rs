@@ -188,18 +188,15 @@ fn temper(
     cost
 }
 
-/// The sum of terms. A lobe may have fewer basis functions than coefficients: those beyond are 0, and are left out.
+/// The sum of terms.
 #[inline(always)]
 pub(in crate::fit) fn sum(bases: &[BasisBlock], terms: &[Term], sum: &mut Row) {
     let row = |term: &Term| {
         let basis = &bases[term.lobe];
         let rows = term.shape.map_or_else(|| basis.values(), |shape| basis.partials(shape));
-        let row = rows.get(term.function);
-        let absent = term.factor == 0.0 || term.factor.is_nan();
-        assert!(row.is_some() || absent, "a coefficient without a basis function");
-        row.map(|row| (row, term.factor))
+        (&rows[term.function], term.factor)
     };
-    let mut rows = terms.iter().filter_map(row);
+    let mut rows = terms.iter().map(row);
     match rows.next() {
         Some((row, factor)) => sum.iter_mut().zip(row).for_each(|(entry, value)| *entry = factor * value),
         None => sum.fill(0.0),

@@ -138,9 +138,8 @@ impl<T: Scalar> Transmittance<T> {
         }
         let values = nodes.map(|[value, _]| value);
         // Differences that are exact for polynomials of the fourth degree, of the third at the ends.
-        let at = |k: usize| values.get(k).copied().unwrap_or(T::constant(0.0));
         let weighted = |terms: [(usize, f64); 4]| {
-            terms.into_iter().fold(T::constant(0.0), |sum, (k, weight)| sum + at(k).times(weight))
+            terms.into_iter().fold(T::constant(0.0), |sum, (k, weight)| sum + values[k].times(weight))
         };
         for (k, [_, slope]) in nodes.iter_mut().enumerate() {
             const N: usize = CELLS;
