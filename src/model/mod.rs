@@ -15,12 +15,15 @@
 //! To add a model: copy the file of the one most like it, and add one line to the list in `registry.rs`.
 
 mod choices;
+mod erased_part;
 mod evaluation;
 mod expression;
 mod parameter;
 mod part;
+mod part_block;
 pub mod parts;
 mod point_evaluation;
+mod product;
 mod published;
 mod registry;
 mod values;
