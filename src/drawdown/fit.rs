@@ -168,7 +168,7 @@ impl LeastSquares for Problem<'_> {
 }
 
 /// A solution before its errors are known.
-struct Found {
+struct Estimate {
     x: DVector<f64>,
     method: &'static str,
     termination: Option<Termination>,
@@ -177,7 +177,7 @@ struct Found {
 fn fit_series(index: usize, series: &Series, surface: Surface) -> Result<Fitted, Error> {
     let problem = Problem::new(series, surface);
     let found = match closed_form(&problem) {
-        Some(x) => Found { x, method: "closed-form", termination: None },
+        Some(x) => Estimate { x, method: "closed-form", termination: None },
         None => by_least_squares(&problem)?,
     };
     Ok(judge(index, &problem, &found))
@@ -195,7 +195,7 @@ fn closed_form(problem: &Problem<'_>) -> Option<DVector<f64>> {
     (kx <= MOST && sx <= MOST).then(|| DVector::from_vec(vec![kx, sx]))
 }
 
-fn by_least_squares(problem: &Problem<'_>) -> Result<Found, Error> {
+fn by_least_squares(problem: &Problem<'_>) -> Result<Estimate, Error> {
     let ratios: Vec<f64> = (0..RATIOS.0).map(|i| even(RATIOS, i)).collect();
     let sizes: Vec<Option<f64>> = match problem.unknowns() {
         1 => vec![None],
@@ -223,10 +223,10 @@ fn by_least_squares(problem: &Problem<'_>) -> Result<Found, Error> {
     let mut best = None;
     for end in ends.into_iter().take(FINALISTS) {
         let solution = minimise(problem, end.x, Tolerances::default(), Limits::default())?;
-        let better = |(cost, _): &(f64, Found)| solution.cost < *cost;
+        let better = |(cost, _): &(f64, Estimate)| solution.cost < *cost;
         if best.as_ref().is_none_or(better) {
             let termination = Some(solution.termination);
-            best = Some((solution.cost, Found { x: solution.x, method: "least-squares", termination }));
+            best = Some((solution.cost, Estimate { x: solution.x, method: "least-squares", termination }));
         }
     }
     best.map(|(_, found)| found).ok_or_else(|| Error::Optimiser("no start for a drawdown".to_owned()))
@@ -249,96 +249,102 @@ fn spread(columns: &[DVector<f64>]) -> Option<Vec<f64>> {
     spread.iter().all(|s| s.is_finite()).then(|| spread.iter().copied().collect())
 }
 
-fn judge(index: usize, problem: &Problem<'_>, found: &Found) -> Fitted {
+/// How well K and S are known, in units of the residuals' size.
+struct Certainty {
+    /// Whether the backing does not show, so that only K/S counts.
+    is_opaque: bool,
+    /// Whether K ended at 0.
+    at_k: bool,
+    /// Whether S ended at 0.
+    at_s: bool,
+    /// Whether K/S ended at its largest value.
+    is_black: bool,
+    /// Standard deviations of those of K and S that are not at 0; `None` means that they are not determined.
+    of_both: Option<Vec<f64>>,
+    /// Standard deviation of K/S; `None` means that it is not determined, or at a bound.
+    of_ratio: Option<f64>,
+}
+
+impl Certainty {
+    /// `slopes` are the derivatives of each residual with respect to K and S.
+    fn new(problem: &Problem<'_>, kx: f64, sx: f64, slopes: &[[f64; 2]]) -> Self {
+        let n = slopes.len();
+        let column = |f: &dyn Fn([f64; 2]) -> f64| DVector::from_iterator(n, slopes.iter().map(|s| f(*s)));
+        let (by_k, by_s) = (column(&|[k, _]| k), column(&|[_, s]| s));
+        // K/S and S instead of K and S: dR/d(K/S) = S dR/dK, and dR/dS along with K.
+        let by_ratio = &by_k * sx;
+        let by_size = &by_s + &by_k * (kx / sx);
+
+        let through = share_of_backing(problem, kx, sx);
+        let is_opaque = problem.unit.is_none() || through < OPAQUE || kx >= MOST || sx >= MOST;
+        let (at_k, at_s) = (kx <= 0.0, sx <= 0.0);
+        let is_black = problem.unit.is_none() && kx >= BLACKEST;
+
+        // What the reflectances determine: K and S, though one may be at a bound, where it does not count for the error of
+        // the other.
+        let known = n >= problem.unknowns() && !is_opaque && spread(&[by_k.clone(), by_s.clone()]).is_some();
+        let free: Vec<DVector<f64>> = [(at_k, by_k), (at_s, by_s)]
+            .into_iter()
+            .filter(|(at, _)| !at)
+            .map(|(_, column)| column)
+            .collect();
+        let of_both = known.then(|| if free.is_empty() { Some(Vec::new()) } else { spread(&free) }).flatten();
+        let of_ratio = match (&of_both, is_opaque) {
+            _ if at_k || at_s || is_black => None,
+            (Some(_), _) => spread(&[by_ratio, by_size]).and_then(|s| s.first().copied()),
+            (None, true) => spread(&[by_ratio]).and_then(|s| s.first().copied()),
+            (None, false) => None,
+        };
+        Self { is_opaque, at_k, at_s, is_black, of_both, of_ratio }
+    }
+
+    /// Whether the reflectances determine K and S, or, where the backing does not show, K/S.
+    fn determined(&self) -> bool {
+        let ratio = self.of_ratio.is_some() || self.at_k || self.at_s || self.is_black;
+        self.of_both.is_some() || (self.is_opaque && ratio)
+    }
+}
+
+/// Everything that follows from the K and S found.
+fn judge(index: usize, problem: &Problem<'_>, found: &Estimate) -> Fitted {
     let (kx, sx) = problem.point(&found.x);
     let n = problem.patches.len();
     let dof = n.saturating_sub(problem.unknowns());
+
+    // The size of the residuals: 1 by their standard deviations, else found from what is left of them.
     let plain: f64 = problem.residuals(kx, sx, false).iter().map(|r| r.value * r.value).sum();
     let rows = problem.residuals(kx, sx, problem.weighted);
     let cost: f64 = rows.iter().map(|r| r.value * r.value).sum();
-    // The size of the residuals: 1 by their standard deviations, else found from what is left of them.
     let noise = match (problem.weighted, dof) {
         (true, _) => Some(1.0),
         (false, 0) => None,
         (false, _) => Some((cost / count(dof)).sqrt()),
     };
-    let by = |f: &dyn Fn([f64; 2]) -> f64| DVector::from_iterator(n, rows.iter().map(|r| f(r.partials)));
-    let (by_k, by_s) = (by(&|[k, _]| k), by(&|[_, s]| s));
-    let ratio = kx / sx;
-    // K/S and S instead of K and S: dR/d(K/S) = S dR/dK, and dR/dS along with K.
-    let by_ratio = &by_k * sx;
-    let by_size = &by_s + &by_k * ratio;
 
-    let through = share_of_backing(problem, kx, sx);
-    let is_opaque = problem.unit.is_none() || through < OPAQUE || kx >= MOST || sx >= MOST;
-    let (at_k, at_s) = (kx <= 0.0, sx <= 0.0);
-    let is_black = problem.unit.is_none() && kx >= BLACKEST;
-    // What the reflectances determine: K and S, though one may be at a bound, where it does not count for the error of the
-    // other.
-    let known = n >= problem.unknowns() && !is_opaque && spread(&[by_k.clone(), by_s.clone()]).is_some();
-    let free: Vec<DVector<f64>> =
-        [(at_k, by_k), (at_s, by_s)].into_iter().filter(|(at, _)| !at).map(|(_, column)| column).collect();
-    let both = known.then(|| if free.is_empty() { Some(Vec::new()) } else { spread(&free) }).flatten();
-    let of_ratio = match (&both, is_opaque) {
-        _ if at_k || at_s || is_black => None,
-        (Some(_), _) => spread(&[by_ratio, by_size]).and_then(|s| s.first().copied()),
-        (None, true) => spread(&[by_ratio]).and_then(|s| s.first().copied()),
-        (None, false) => None,
-    };
-    let determined = both.is_some() || (is_opaque && (of_ratio.is_some() || at_k || at_s || is_black));
-
+    // K, S, K/S and the reflectance of an opaque layer, each with the error that the residuals leave it.
+    let slopes: Vec<[f64; 2]> = rows.iter().map(|r| r.partials).collect();
+    let certainty = Certainty::new(problem, kx, sx, &slopes);
+    let determined = certainty.determined();
     let quantity = |value: f64, deviation: Option<f64>| Quantity {
         value,
         std_error: deviation.zip(noise).map(|(deviation, noise)| deviation * noise),
     };
-    let mut deviations = both.clone().unwrap_or_default().into_iter();
+    let mut deviations = certainty.of_both.clone().unwrap_or_default().into_iter();
     let unit = problem.unit.unwrap_or(1.0);
     let mut coefficient = |at: bool, value: f64| {
         let deviation = if at { None } else { deviations.next() };
-        both.as_ref().map(|_| quantity(value / unit, deviation.map(|d| d / unit)))
+        certainty.of_both.as_ref().map(|_| quantity(value / unit, deviation.map(|d| d / unit)))
     };
-    let (k, s) = (coefficient(at_k, kx), coefficient(at_s, sx));
-    let k_over_s = (determined && ratio.is_finite()).then(|| quantity(ratio, of_ratio));
+    let (k, s) = (coefficient(certainty.at_k, kx), coefficient(certainty.at_s, sx));
+    let ratio = kx / sx;
+    let k_over_s = (determined && ratio.is_finite()).then(|| quantity(ratio, certainty.of_ratio));
     let r_inf = k_over_s.map(|_| {
         let r: Dual<f64, 1> = opaque(Dual::variable(ratio, 0), Dual::constant(1.0));
         let [slope] = r.partials;
-        quantity(r.value, of_ratio.map(|d| d * slope.abs()))
+        quantity(r.value, certainty.of_ratio.map(|d| d * slope.abs()))
     });
 
     let converged = found.termination.is_none_or(|t| t.converged() || is_exact(cost, problem));
-    let mut remarks = Vec::new();
-    let mut remark = |kind, text: &str| remarks.push(Remark { kind, text: text.to_owned() });
-    if !converged {
-        remark("not-usable", "the fit did not converge: check the reflectances and the backings");
-    } else if !determined && n < problem.unknowns() {
-        remark(
-            "not-usable",
-            "one reflectance does not determine K and S: measure over a second backing or at a second thickness",
-        );
-    } else if !determined {
-        remark(
-            "not-usable",
-            "the reflectances do not tell K from S: measure over backings that differ more, or at another thickness",
-        );
-    } else if is_opaque && problem.unit.is_some() {
-        remark("opaque", "the backing does not show: only K/S is determined; measure a thinner film");
-    }
-    if determined && (at_k || at_s) {
-        let which = if at_k { "K" } else { "S" };
-        remark(
-            "at-bound",
-            &format!("{which} ended at 0: check the reflectances of the backings and --saunderson"),
-        );
-    }
-    if is_black {
-        remark("at-bound", "K/S ended at its largest value, 1e6: nothing is reflected");
-    }
-    if determined && noise.is_none() {
-        remark(
-            "no-errors",
-            "as many unknowns as reflectances: standard errors need a column 'sigma', or more of them",
-        );
-    }
     Fitted {
         series: index,
         k,
@@ -352,8 +358,47 @@ fn judge(index: usize, problem: &Problem<'_>, found: &Found) -> Fitted {
         method: found.method,
         reason: found.termination.map_or("exact", Termination::name),
         usable: converged && determined,
-        remarks,
+        remarks: remarks(problem, converged, &certainty, noise.is_some()),
     }
+}
+
+/// What the user should know of a result.
+fn remarks(problem: &Problem<'_>, converged: bool, certainty: &Certainty, has_errors: bool) -> Vec<Remark> {
+    let determined = certainty.determined();
+    let mut remarks = Vec::new();
+    let mut remark = |kind, text: &str| remarks.push(Remark { kind, text: text.to_owned() });
+    if !converged {
+        remark("not-usable", "the fit did not converge: check the reflectances and the backings");
+    } else if !determined && problem.patches.len() < problem.unknowns() {
+        remark(
+            "not-usable",
+            "one reflectance does not determine K and S: measure over a second backing or at a second thickness",
+        );
+    } else if !determined {
+        remark(
+            "not-usable",
+            "the reflectances do not tell K from S: measure over backings that differ more, or at another thickness",
+        );
+    } else if certainty.is_opaque && problem.unit.is_some() {
+        remark("opaque", "the backing does not show: only K/S is determined; measure a thinner film");
+    }
+    if determined && (certainty.at_k || certainty.at_s) {
+        let which = if certainty.at_k { "K" } else { "S" };
+        remark(
+            "at-bound",
+            &format!("{which} ended at 0: check the reflectances of the backings and --saunderson"),
+        );
+    }
+    if certainty.is_black {
+        remark("at-bound", "K/S ended at its largest value, 1e6: nothing is reflected");
+    }
+    if determined && !has_errors {
+        remark(
+            "no-errors",
+            "as many unknowns as reflectances: standard errors need a column 'sigma', or more of them",
+        );
+    }
+    remarks
 }
 
 /// Whether nothing but rounding is left of the residuals: then it does not matter that no step lowers them.

@@ -116,6 +116,7 @@ pub fn values(option: &str, texts: &[String], setting: impl Fn(f64) -> Setting) 
     Ok(settings)
 }
 
+/// The channels in which the colour of a metal is known.
 const RGB: [&str; 3] = ["r", "g", "b"];
 
 fn only_rgb(option: &str, text: &str) -> Error {

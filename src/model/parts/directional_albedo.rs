@@ -36,9 +36,11 @@ const GRAZING: f64 = 1e-6;
 const FLAT: f64 = 1e-6;
 /// Steeper ones than this reflect nothing that counts: their share is less than (m/STEEP)^2.
 const STEEP: f64 = 1e3;
-/// Longest panel in the logarithm of the tangent, and its nodes; nodes along a ring of facets.
+/// Length of the longest panel, in the logarithm of the tangent.
 const PANEL: f64 = 3.5;
+/// Nodes of the quadrature along a panel.
 const ALONG_PANEL: usize = 10;
+/// Nodes of the quadrature along a ring of facets.
 const ALONG_RING: usize = 12;
 
 /// A facet, with the light and its mirror direction, and 4 (wi.h) co dwh.

@@ -29,9 +29,9 @@ use crate::model::parts::fresnel::{index_constants, index_reflectance};
 /// Below this x the functions of x are quotients of the power series of cosh and sinh; above it, of exponentials.
 const SERIES_BELOW: f64 = 1.0;
 
-/// 1/(2n)! and 1/(2n + 1)!: the coefficients of x^2n in cosh x and in (sinh x)/x. At x = 1 the first term left out is
-/// below 1e-18.
+/// 1/(2n)!, the coefficients of x^2n in cosh x. At x = 1 the first term left out is below 1e-18.
 const COSH: [f64; 10] = factorials(0);
+/// 1/(2n + 1)!, the coefficients of x^2n in (sinh x)/x.
 const SINH: [f64; 10] = factorials(1);
 
 #[expect(clippy::indexing_slicing, reason = "evaluated when the program is compiled")]

@@ -35,9 +35,10 @@ pub struct CookTorrance {
     pub(crate) fresnel: Fresnel,
 }
 
-/// The choice of a distribution and of a Fresnel term, for all models that have one.
+/// The choice of a distribution, for all models that have one.
 pub(crate) const DISTRIBUTION: ModelOption =
     ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" };
+/// The choice of a Fresnel term, for all models that have one.
 pub(crate) const FRESNEL: ModelOption =
     ModelOption { key: "f", summary: "Fresnel reflectance", values: Fresnel::names, default: "schlick" };
 

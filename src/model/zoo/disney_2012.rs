@@ -46,8 +46,9 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug)]
 pub struct Disney2012;
 
-/// The place of each shape.
+/// The shape from which the highlight's roughness and anisotropy come.
 const ROUGHNESS: usize = 0;
+/// The shape that the coat knows.
 const CLEARCOAT_GLOSS: usize = 2;
 
 /// mx and my of the highlight.

@@ -75,9 +75,11 @@ enum Base {
     Metal,
 }
 
-/// The place of each shape.
+/// The shape from which the surface's roughness and anisotropy come.
 const ROUGHNESS: usize = 0;
+/// The surface's index of refraction among the shapes.
 const IOR: usize = 2;
+/// The body's roughness among the shapes.
 const DIFFUSE_ROUGHNESS: usize = 3;
 
 /// mx and my of the surface.

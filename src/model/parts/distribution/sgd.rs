@@ -29,6 +29,7 @@ static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(24));
 
 /// exp(-x) is below 1e-300 beyond.
 const END: f64 = 690.0;
+/// Panels of the quadrature up to there.
 const PANELS: u8 = 24;
 
 /// K of alpha and p.
