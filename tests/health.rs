@@ -2,6 +2,8 @@
 //! distribution of facets; and that the checks themselves can fail.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+mod common;
+
 use approx::assert_relative_eq;
 use brdfit::geometry::{Directions, Geometry, Pair, direction};
 use brdfit::health::{self, ALBEDO_SLACK, Effort, Integral, Quadrature, directional_albedo};
@@ -12,6 +14,7 @@ use brdfit::model::{
 use brdfit::parameters::{ParameterTable, Selector, Setting};
 use brdfit::progress::Quiet;
 use brdfit::synthetic::scattered_directions;
+use common::manual_of;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
@@ -238,8 +241,7 @@ fn energy() {
         if (largest / figure - 1.0).abs() > 0.005 {
             wrong.push(format!("{} {}: documented {figure}, found {largest}", row.model, row.choices));
         }
-        let file = format!("{}/src/model/{}.rs", env!("CARGO_MANIFEST_DIR"), row.model.replace('-', "_"));
-        let text = std::fs::read_to_string(file).unwrap();
+        let text = std::fs::read_to_string(manual_of(row.model)).unwrap();
         let head: String = text.lines().take_while(|line| line.starts_with("//!")).collect();
         if !head.contains(&format!("{figure}")) {
             wrong

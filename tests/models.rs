@@ -2,21 +2,13 @@
 //! now. `BRDFIT_UPDATE=1 cargo test --release --test models` writes it anew.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+mod common;
+
 use brdfit::model::{ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
+use common::{manual_of, model_source};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-
-fn source(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/model").join(path)
-}
-
-/// The file of a model, whose head is its manual.
-fn model_source(name: &str) -> PathBuf {
-    let file = format!("{}.rs", name.replace('-', "_"));
-    let [zoo, published] = ["zoo", "published"].map(|folder| source(folder).join(&file));
-    if zoo.exists() { zoo } else { published }
-}
 
 /// The head of a source file as Markdown whose headings, if any, are of the fifth level.
 fn manual(path: &Path) -> String {
@@ -68,7 +60,7 @@ fn page() -> String {
         writeln!(page, "| {anchor} | {} | {} | {reciprocal} |", entry.summary, names(entry)).unwrap();
     }
     for entry in REGISTRY {
-        write!(page, "\n## {}\n\n{}\n", entry.name, manual(&model_source(entry.name))).unwrap();
+        write!(page, "\n## {}\n\n{}\n", entry.name, manual(&manual_of(entry.name))).unwrap();
         for option in entry.options {
             let values = (option.values)().iter().map(|v| format!("`{v}`")).collect::<Vec<_>>().join(", ");
             let (key, summary, default) = (option.key, option.summary, option.default);
@@ -80,8 +72,9 @@ fn page() -> String {
         ("shadowing", "Shadowing and masking"),
         ("fresnel", "Fresnel reflectance"),
     ] {
-        write!(page, "\n## {title}\n\n{}\n", manual(&source(&format!("parts/{folder}/mod.rs")))).unwrap();
-        let mut files: Vec<PathBuf> = fs::read_dir(source(&format!("parts/{folder}")))
+        write!(page, "\n## {title}\n\n{}\n", manual(&model_source(&format!("parts/{folder}/mod.rs"))))
+            .unwrap();
+        let mut files: Vec<PathBuf> = fs::read_dir(model_source(&format!("parts/{folder}")))
             .unwrap()
             .map(|file| file.unwrap().path())
             .collect();
@@ -114,7 +107,7 @@ fn the_page_is_fresh() {
 fn every_manual_is_complete() {
     let mut missing = Vec::new();
     for entry in REGISTRY {
-        let manual = manual(&model_source(entry.name));
+        let manual = manual(&manual_of(entry.name));
         if !manual.contains("```text") {
             missing.push(format!("{}: formula", entry.name));
         }

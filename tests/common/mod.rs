@@ -10,6 +10,18 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tempfile::TempDir;
 
+/// A file of the model's sources.
+pub fn model_source(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/model").join(path)
+}
+
+/// The file of a model, whose head is its manual.
+pub fn manual_of(model: &str) -> PathBuf {
+    let file = format!("{}.rs", model.replace('-', "_"));
+    let [zoo, published] = ["zoo", "published"].map(|folder| model_source(folder).join(&file));
+    if zoo.exists() { zoo } else { published }
+}
+
 /// What one run of the program left behind.
 #[derive(Debug)]
 pub struct Run {
