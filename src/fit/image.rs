@@ -6,7 +6,7 @@ use super::search::absent_lobes::minimise_escaping_absent_lobes;
 use crate::error::Error;
 use crate::model::{Expression, Role, Scale};
 use crate::parameters::{ParameterRow, ParameterTable, Status};
-use crate::solver::{Limits, Tolerances, minimise};
+use crate::solver::{Tolerances, minimise};
 use nalgebra::DVector;
 
 /// A minimum of an image is not asked for more digits than an image shows.
@@ -97,8 +97,7 @@ fn improved<T: Target>(
     iterations: u64,
 ) -> Result<(f64, ParameterTable), Error> {
     let start = DVector::from_vec(problem.table().coordinates());
-    let (stop, deadline) = (options.stop.clone(), options.deadline);
-    let limits = Limits { iterations, stop, deadline, observer: None };
+    let limits = options.limits(iterations, None);
     let solution = minimise_escaping_absent_lobes(problem, problem.table(), start, |start| {
         minimise(problem, start, TOLERANCES, limits.clone())
     })?;

@@ -4,7 +4,7 @@ use super::problem::loss::LossKind;
 use super::problem::metric::Metric;
 use crate::measurement::Filters;
 use crate::parameters::Settings;
-use crate::solver::{SolverKind, StopSignal};
+use crate::solver::{Limits, Observer, SolverKind, StopSignal};
 use std::time::Instant;
 
 /// What to fit and how.
@@ -34,6 +34,13 @@ pub struct Options {
     pub stop: Option<StopSignal>,
     /// The moment to stop at.
     pub deadline: Option<Instant>,
+}
+
+impl Options {
+    /// When a minimisation under these options ends besides by convergence.
+    pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
+        Limits { iterations, stop: self.stop.clone(), deadline: self.deadline, observer }
+    }
 }
 
 impl Default for Options {

@@ -28,7 +28,7 @@ impl<'a> Task<'a> {
     }
 
     pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
-        Limits { iterations, stop: self.options.stop.clone(), deadline: self.options.deadline, observer }
+        self.options.limits(iterations, observer)
     }
 
     /// Samples prepared for the metric of the fit.
