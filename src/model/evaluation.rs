@@ -17,7 +17,7 @@
 use super::erased_part::{ErasedPart, Place, Prepared};
 use super::part::{Derivatives, Part, Visitor};
 use super::part_block::PartBlock;
-use super::product::Product;
+use super::product::{Product, basis_functions};
 use crate::geometry::{Block, Row};
 use pulp::Arch;
 
@@ -221,9 +221,17 @@ impl PartEvaluation<'_> {
         let changed = self.changed || parts.len() > shown;
         parts.truncate(shown);
         if changed {
-            let rows = if self.derivatives == Derivatives::None { 0 } else { self.shapes.len() };
-            partials.resize(rows, Vec::new());
-            self.arch.dispatch(Product { parts, derivatives: self.derivatives, values, partials });
+            let functions = basis_functions(parts);
+            values.resize(functions, Row::filled(0.0));
+            let shapes = if self.derivatives == Derivatives::None { 0 } else { self.shapes.len() };
+            partials.resize(shapes, Vec::new());
+            for (shape, rows) in partials.iter_mut().enumerate() {
+                // Parts may have found more than was asked for.
+                let wanted = self.derivatives.include_any(shape, 1);
+                let known = wanted || parts.iter().any(|part| part.depends_on(shape));
+                rows.resize(if known { functions } else { 0 }, Row::filled(0.0));
+            }
+            self.arch.dispatch(Product { parts, values, partials });
         }
     }
 }

@@ -1,17 +1,15 @@
 //! The product rule on rows: what the parts of a lobe have found makes its basis functions and their derivatives.
 #![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
-use super::part::Derivatives;
 use super::part_block::PartBlock;
 use crate::geometry::Row;
 use pulp::{Simd, WithSimd};
 
-/// Multiplies the parts of each term of a lobe.
+/// Multiplies the parts of each term of a lobe, into rows of which there is one per function.
 pub(super) struct Product<'a> {
     pub(super) parts: &'a [PartBlock],
-    /// Those that were asked for; parts may have found more.
-    pub(super) derivatives: Derivatives<'a>,
-    pub(super) values: &'a mut Vec<Row>,
+    pub(super) values: &'a mut [Row],
+    /// Per shape; no rows for one that is not differentiated by.
     pub(super) partials: &'a mut [Vec<Row>],
 }
 
@@ -20,28 +18,40 @@ impl WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { parts: all, derivatives, values, partials } = self;
+        let Self { parts, values, partials } = self;
         let mut start = 0;
-        for parts in all.chunk_by(|a, b| a.term == b.term) {
-            let end = start + parts.iter().map(|part| part.part.functions).max().unwrap_or(0);
-            values.resize(end, Row::filled(1.0));
-            for (shape, rows) in partials.iter_mut().enumerate() {
-                let wanted = derivatives.include_any(shape, 1);
-                let known = wanted || all.iter().any(|part| part.depends_on(shape));
-                rows.resize(if known { end } else { 0 }, Row::filled(0.0));
-            }
-            multiply_term(parts, &mut values[start..end], partials, start);
+        for term in terms(parts) {
+            let end = start + functions(term);
+            multiply_term(term, &mut values[start..end], partials, start);
             start = end;
         }
     }
+}
+
+/// The parts of each term.
+#[inline(always)]
+fn terms(parts: &[PartBlock]) -> impl Iterator<Item = &[PartBlock]> {
+    parts.chunk_by(|a, b| a.term == b.term)
+}
+
+/// How many functions the parts of one term have.
+#[inline(always)]
+fn functions(term: &[PartBlock]) -> usize {
+    term.iter().map(|part| part.part.functions).max().unwrap_or(0)
+}
+
+/// How many basis functions the parts of a lobe make.
+pub(super) fn basis_functions(parts: &[PartBlock]) -> usize {
+    terms(parts).map(functions).sum()
 }
 
 /// Multiplies the parts of one term, whose rows of partials begin at `start`: those that multiply all functions first, and
 /// once for all of them.
 #[inline(always)]
 fn multiply_term(parts: &[PartBlock], values: &mut [Row], partials: &mut [Vec<Row>], start: usize) {
-    let common = || parts.iter().filter(|part| part.is_common());
-    let mut order = common().chain(parts.iter().filter(|part| !part.is_common()));
+    let common_first =
+        || parts.iter().filter(|part| part.is_common()).chain(parts.iter().filter(|part| !part.is_common()));
+    let mut order = common_first();
     let Some(first) = order.next() else { return };
     let Some(second) = order.next() else {
         for (k, value) in values.iter_mut().enumerate() {
@@ -63,10 +73,7 @@ fn multiply_term(parts: &[PartBlock], values: &mut [Row], partials: &mut [Vec<Ro
     }
     let mut rows_in_use = joined;
     for (before, part) in order.enumerate().map(|(index, part)| (index + 2, part)) {
-        let known = |shape| {
-            let mut earlier = common().chain(parts.iter().filter(|part| !part.is_common())).take(before);
-            earlier.any(|earlier| earlier.depends_on(shape))
-        };
+        let known = |shape| common_first().take(before).any(|earlier| earlier.depends_on(shape));
         // The first part that tells functions apart makes the other rows out of the first one.
         if !part.is_common() && rows_in_use < values.len() {
             let (product, others) = values.split_at_mut(1);
