@@ -8,6 +8,7 @@ mod none;
 mod registry;
 mod schlick_smith;
 mod smith;
+mod smith_part;
 mod smith_rational;
 mod smith_uncorrelated;
 mod v_cavity;
