@@ -127,3 +127,21 @@ pub fn short(text: &str) -> String {
     let clean: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().nth(LONGEST).is_some() { format!("{clean}...") } else { clean }
 }
+
+/// Names as a one-line message may list them: each as [`short`] has it, and the number of those that would make the list too long.
+#[must_use]
+pub fn listed<Name: AsRef<str>>(names: &[Name]) -> String {
+    /// Bytes after which no further name is begun: all models with their parameters' names fit.
+    const LONGEST: usize = 1000;
+    let mut list = String::new();
+    for (index, name) in names.iter().enumerate() {
+        if list.len() > LONGEST {
+            return format!("{list} and {} others", names.len() - index);
+        }
+        if index > 0 {
+            list.push_str(", ");
+        }
+        list.push_str(&short(name.as_ref()));
+    }
+    list
+}

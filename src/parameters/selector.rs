@@ -1,6 +1,6 @@
 //! Which parameters a user means, and what shall become of them.
 
-use crate::error::{Error, excerpt, short};
+use crate::error::{Error, excerpt, listed, short};
 use crate::model::ParamSpec;
 use std::fmt;
 
@@ -142,7 +142,7 @@ pub(super) fn resolve(
         Some(lobe) => Some(find_lobe(lobe).ok_or_else(|| {
             Error::Usage(format!(
                 "{selector}: expected a lobe among {}, found {}",
-                lobes.join(", "),
+                listed(lobes),
                 excerpt(lobe)
             ))
         })?),
@@ -163,7 +163,7 @@ pub(super) fn resolve(
             }
             return Err(Error::Usage(format!(
                 "{selector}: expected a parameter among {}, found {}",
-                known.join(", "),
+                listed(&known),
                 excerpt(name)
             )));
         }
@@ -185,7 +185,7 @@ pub(super) fn resolve(
         Some(wanted) => Some(channels.iter().position(|channel| channel == wanted).ok_or_else(|| {
             Error::Usage(format!(
                 "{selector}: expected a channel among {}, found {}",
-                channels.join(", "),
+                listed(channels),
                 excerpt(wanted)
             ))
         })?),

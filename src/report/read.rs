@@ -122,6 +122,9 @@ fn recorded(fields: Fields, path: &Path) -> Result<Recorded, Error> {
     if channels.is_empty() {
         return Err(wrong("at least one name in data.channels".to_owned(), "none".to_owned()));
     }
+    if let Some(name) = channels.iter().find(|name| name.contains(char::is_control)) {
+        return Err(wrong("names without control characters in data.channels".to_owned(), excerpt(name)));
+    }
     let expression = Expression::parse(&fields.model).map_err(in_file)?;
     let mut sharing: Settings = Vec::new();
     let mut values: Settings = Vec::new();
@@ -217,7 +220,7 @@ mod tests {
     #[test]
     fn mistakes_are_named_in_one_line() {
         type Change = fn(&mut Value);
-        let cases: [(Change, &str); 11] = [
+        let cases: [(Change, &str); 14] = [
             (|r| r["schema"] = json!("brdfit.report/9"), "found schema 'brdfit.report/9'"),
             (|r| r["model"] = json!("lambrt"), "found 'lambrt'"),
             (|r| r["model"] = json!("lambert"), "found parameter 'phong.ks'"),
@@ -239,6 +242,9 @@ mod tests {
                 "found none of phong.n",
             ),
             (|r| r["data"]["channels"] = json!([]), "data.channels"),
+            (|r| r["data"]["channels"] = json!(["r", "\u{7f}f"]), "found ' f'"),
+            (|r| r["data"]["channels"] = json!(vec!["n".repeat(90); 3000]), "nnn... and 29"),
+            (|r| r["parameters"][1]["lobe"] = json!("pho\u{1b}[1mng"), "found parameter 'pho [1mng.ks'"),
             (|r| r["parameters"][3]["bounds"] = json!([-1.0, 5.0]), "expected a lower bound above 0"),
         ];
         for (change, words) in cases {
@@ -246,7 +252,7 @@ mod tests {
             change(&mut value);
             let message = read_value(&value).unwrap_err().to_string();
             assert!(message.starts_with("x.json") && message.contains(words), "{words}: {message}");
-            assert!(!message.contains('\n') && message.len() < 1000, "{message}");
+            assert!(!message.contains('\n') && message.len() < 2000, "{message}");
         }
         for text in ["{", "{}", "{\"schema\": 1}", "[]", "{\"schema\": \"brdfit.report/1\"}", "\u{0}"] {
             let message = read(text.as_bytes(), Path::new("x.json")).unwrap_err().to_string();
