@@ -1,5 +1,5 @@
 //! The command line as a user or a script sees it: arguments and files in, exit code, standard output,
-//! standard error and files out. The contract is docs/design.md, sections 5 and 6.
+//! standard error and files out. The contract is docs/inside/design.md, sections 5 and 6.
 
 // A broken expectation fails its test, which is what a panic is for here; indices are checked by tests.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
@@ -1452,7 +1452,7 @@ fn models_lists_the_zoo() {
         let found = model["parameters"].as_array().unwrap().iter().filter(|p| p["name"] == parameter);
         found.map(|p| p["bounds"].clone()).collect()
     };
-    // docs/design.md, section 5.
+    // docs/inside/design.md, section 5.
     for (model, parameter, expected) in [
         ("lambert", "kd", json!([0.0, 2.0])),
         ("oren-nayar", "albedo", json!([0.0, 2.0])),
@@ -1618,7 +1618,7 @@ fn assert_fields(what: &str, object: &Value, fields: &[(&str, &str)]) {
     }
 }
 
-/// docs/design.md, section 6, field by field.
+/// docs/inside/design.md, section 6, field by field.
 fn assert_report(report: &Value) {
     assert_fields(
         "report",
@@ -1892,14 +1892,17 @@ fn reports_match_the_schema() {
 /// `BRDFIT_UPDATE=1 cargo test --test cli` writes the file anew.
 #[test]
 fn the_schema_file_is_up_to_date() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/report.schema.json");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/use/report.schema.json");
     let generated = serde_json::to_string_pretty(&schema()).unwrap() + "\n";
     if std::env::var_os("BRDFIT_UPDATE").is_some() {
-        fs::create_dir_all(concat!(env!("CARGO_MANIFEST_DIR"), "/docs")).unwrap();
+        fs::create_dir_all(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/use")).unwrap();
         fs::write(path, &generated).unwrap();
     }
     let found = fs::read_to_string(path).unwrap_or_default().replace("\r\n", "\n");
-    assert!(found == generated, "docs/report.schema.json is stale: BRDFIT_UPDATE=1 cargo test --test cli");
+    assert!(
+        found == generated,
+        "docs/use/report.schema.json is stale: BRDFIT_UPDATE=1 cargo test --test cli"
+    );
 }
 
 /// What the README shows is what the program prints, but for the time that it took.

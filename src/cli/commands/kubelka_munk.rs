@@ -13,7 +13,7 @@ use std::path::PathBuf;
 /// Arguments of `brdfit kubelka-munk`.
 #[derive(Args)]
 pub struct Arguments {
-    /// CSV of reflectances over black and white, or other known backings (docs/kubelka-munk.md)
+    /// CSV of reflectances over black and white, or other known backings (docs/use/kubelka-munk.md)
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     /// Thickness of the film, for a file without a column of it; 'inf' for opaque paint
