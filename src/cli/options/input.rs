@@ -77,7 +77,7 @@ pub const WITH_SCENE: bool = true;
 /// Which samples count, and what is compared.
 #[derive(Args)]
 pub struct SampleArguments<const SCENE: bool = false> {
-    /// Minimise the error of x = f cos(theta_i), of ln(1 + x), or of the cube root of x
+    /// Compare x = f cos(theta_i) itself (l2), ln(1 + x) (log) or the cube root of x (cbrt)
     #[arg(long, value_enum, default_value_t = MetricName::Cbrt)]
     metric: MetricName,
     #[arg(long, value_parser = weights(SCENE), help = weights_help(SCENE))]
