@@ -208,3 +208,17 @@ pub fn checked_max_theta(degrees: f64) -> Result<f64, Error> {
         )))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_names_every_format() {
+        let (measurement, format) = (measurement_help("Measurement"), format_help());
+        for known in REGISTRY {
+            assert!(measurement.contains(known.summary), "{}: {measurement}", known.name);
+            assert!(format.contains(known.name), "{}: {format}", known.name);
+        }
+    }
+}
