@@ -1,11 +1,8 @@
 //! docs/models.md is made from the heads of the source files, which are the models' manuals, and must be what they say
 //! now. `BRDFIT_UPDATE=1 cargo test --release --test models` writes it anew.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-mod common;
-
+use crate::common::{manual_of, model_source};
 use brdfit::model::{ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
-use common::{manual_of, model_source};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -5,19 +5,11 @@
 //! One solver with one set of options for all. The table of correct digits, beside those of two other
 //! libraries, goes to `nist.md` in Cargo's folder for temporary files, and into `docs/nist.md` with
 //! `BRDFIT_UPDATE=1 cargo test --release --test nist`.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    clippy::print_stdout
-)]
+#![allow(clippy::print_stdout)]
 
-mod common;
-
+use crate::common::shared;
 use brdfit::math::count;
 use brdfit::solver::{LeastSquares, Limits, Linearisation, Solution, Tolerances, minimise};
-use common::shared;
 use nalgebra::{DMatrix, DVector};
 use num_dual::{Dual64, DualNum};
 use std::f64::consts::PI;

@@ -2,7 +2,6 @@
 //!
 //! The surface under the lights is Lambert's, f = kd/pi, so that every radiance has a closed form or a sum to compare with.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout, clippy::cast_precision_loss, clippy::cast_sign_loss)]
 
 use approx::assert_relative_eq;
