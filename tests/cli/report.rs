@@ -357,7 +357,7 @@ fn reports_match_the_schema() {
     }
 }
 
-/// `BRDFIT_UPDATE=1 cargo test --release the_schema_file` writes the file anew.
+/// `BRDFIT_UPDATE=1 cargo test --release --test integration schema` writes the file anew.
 #[test]
 fn the_schema_file_is_up_to_date() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/report.schema.json");
@@ -369,6 +369,6 @@ fn the_schema_file_is_up_to_date() {
     let found = fs::read_to_string(path).unwrap_or_default().replace("\r\n", "\n");
     assert!(
         found == generated,
-        "docs/report.schema.json is stale: BRDFIT_UPDATE=1 cargo test --release the_schema_file"
+        "docs/report.schema.json is stale: BRDFIT_UPDATE=1 cargo test --release --test integration schema"
     );
 }
