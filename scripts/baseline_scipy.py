@@ -9,7 +9,7 @@
 
 The model is `lambert + cook-torrance(d=ggx)` with ks fixed at 1: kd and f0 per channel and a shared m, seven
 parameters within brdfit's bounds, always begun at its defaults. Samples, weights, metrics and so the cost are those
-of docs/conventions.md, bin centres and theta_i, theta_o up to 80 degrees; the cost is brdfit's `fit.cost`, the
+of docs/use/conventions.md, bin centres and theta_i, theta_o up to 80 degrees; the cost is brdfit's `fit.cost`, the
 weighted mean square of the residuals. All samples count in every iteration.
 
 The method is scipy's trust region within bounds (`trf`, `x_scale="jac"`), with derivatives by forward differences

@@ -16,7 +16,7 @@ What it does
 How to run it (numpy and nlopt come from scripts/requirements.txt)
     python scripts/global_optimum.py --brdfit target/release/brdfit
     python scripts/global_optimum.py --brdfit target/release/brdfit --part two --only chrome
-    python scripts/global_optimum.py --brdfit target/release/brdfit --update-docs      writes docs/global-optimum.md
+    python scripts/global_optimum.py --brdfit target/release/brdfit --update-docs      writes docs/trust/global-optimum.md
     python scripts/global_optimum.py --self-test            samples, gradients and the published scores; no brdfit
     The first run takes about half an hour on two cores. Tables (35 MB each), samples and NLopt's results stay in
     target/global-optimum, and do not depend on brdfit: another run against a newer binary takes three minutes.
@@ -644,7 +644,7 @@ def markdown(tables, rows, label, seconds):
 
 
 def update_docs(text):
-    path = ROOT / "docs/global-optimum.md"
+    path = ROOT / "docs/trust/global-optimum.md"
     before, _, rest = path.read_text().partition(BEGIN)
     _, _, after = rest.partition(END)
     path.write_text(f"{before}{BEGIN}\n\n{text}\n{END}{after}")
@@ -663,7 +663,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=2, help="cases searched at the same time")
     parser.add_argument("--cache", type=Path, default=ROOT / "target/global-optimum", help="folder of what is kept")
     parser.add_argument("--findings", type=Path, help="folder for a JSON file per case that NLopt wins [cache/findings]")
-    parser.add_argument("--update-docs", action="store_true", help="write the tables into docs/global-optimum.md")
+    parser.add_argument("--update-docs", action="store_true", help="write the tables into docs/trust/global-optimum.md")
     parser.add_argument("--label", help="what to call this version of brdfit in the document [the commit]")
     parser.add_argument("--self-test", action="store_true", help="check this script and stop")
     options = parser.parse_args()

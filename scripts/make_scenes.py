@@ -3,7 +3,7 @@
     python3 scripts/make_scenes.py                # writes data/scenes
     python3 scripts/make_scenes.py --self-test    # compares what it would write with what is there, byte by byte
 
-Needs nothing but Python 3. docs/scene.md describes the fields. Lengths are metres, +z is up.
+Needs nothing but Python 3. docs/use/scene.md describes the fields. Lengths are metres, +z is up.
 """
 
 import json

@@ -3,7 +3,7 @@
 
     pip install -r scripts/requirements.txt
     python scripts/nist_scipy.py            prints the table of correct digits
-    python scripts/nist_scipy.py --write    also writes tests/nist/scipy.csv, from which docs/nist.md is made
+    python scripts/nist_scipy.py --write    also writes tests/nist/scipy.csv, from which docs/trust/nist.md is made
     python scripts/nist_scipy.py --tight    all tolerances at 1e-15, the least that scipy accepts
 
 The problems come from tests/nist/problems.csv, both starts. Methods: lm (MINPACK's lmder), trf and dogbox, each

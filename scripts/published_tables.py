@@ -20,7 +20,7 @@ How to run it (numpy comes from scripts/requirements.txt)
     python scripts/published_tables.py --brdfit target/release/brdfit
     python scripts/published_tables.py --brdfit target/release/brdfit --quick          three materials
     python scripts/published_tables.py --brdfit target/release/brdfit --only low-smooth --only chrome
-    python scripts/published_tables.py --brdfit target/release/brdfit --update-docs    writes docs/published.md
+    python scripts/published_tables.py --brdfit target/release/brdfit --update-docs    writes docs/trust/published.md
     python scripts/published_tables.py --self-test     the second implementation against the listed scores; no brdfit
     The measurements are looked for in ../shared/data beside the checkout, or in $BRDFIT_SHARED_DATA. Rows that the same
     brdfit has done before are taken from target/published-tables.
@@ -409,7 +409,7 @@ def markdown(results, label):
 
 
 def update_docs(text):
-    path = ROOT / "docs/published.md"
+    path = ROOT / "docs/trust/published.md"
     before, _, rest = path.read_text().partition(BEGIN)
     _, _, after = rest.partition(END)
     path.write_text(f"{before}{BEGIN}\n\n{text}\n{END}{after}")
@@ -422,7 +422,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help=f"only {', '.join(QUICK)}")
     parser.add_argument("--jobs", type=int, default=2, help="materials done at the same time")
     parser.add_argument("--cache", type=Path, default=ROOT / "target/published-tables", help="folder of what is kept")
-    parser.add_argument("--update-docs", action="store_true", help="write the tables into docs/published.md")
+    parser.add_argument("--update-docs", action="store_true", help="write the tables into docs/trust/published.md")
     parser.add_argument("--label", help="what to call this version of brdfit in the document [the commit]")
     parser.add_argument("--self-test", action="store_true", help="check the second implementation and stop")
     options = parser.parse_args()

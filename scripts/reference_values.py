@@ -5,9 +5,9 @@
     python scripts/reference_values.py --only NAME      files whose name contains NAME
     python scripts/reference_values.py --self-test      a few files again, compared with those in the tree
 
-The formulas are those in the heads of the source files (docs/models.md), written anew for exact numbers: from the
+The formulas are those in the heads of the source files (docs/use/models.md), written anew for exact numbers: from the
 definition where the program has a rearranged form, closed forms where it has a quadrature, and the other way round.
-tests/reference.rs reads the files, and docs/numerics.md says what it finds.
+tests/reference.rs reads the files, and docs/trust/numerics.md says what it finds.
 
 A row holds the type that it is for (f64 or f32); the arguments (the components of wi and wo as that type holds them, or
 mu = wi.h) and the parameters, both exactly; `log_factor`, the |ln| of the value's exponential or power factors; `value`; the

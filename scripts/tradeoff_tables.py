@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What accuracy costs on measured materials: runs `brdfit tradeoff` on each and writes the tables and plots of docs/tradeoff.md.
+"""What accuracy costs on measured materials: runs `brdfit tradeoff` on each and writes the tables and plots of docs/use/tradeoff.md.
 
 What it does
     Measurements: the three Cornell paints, NIST's sintered PTFE (converted by scripts/convert_nist_ptfe.py), the reference
@@ -10,7 +10,7 @@ What it does
 How to run it (numpy, which decodes the MERL materials, comes from scripts/requirements.txt)
     python scripts/tradeoff_tables.py --brdfit target/release/brdfit
     python scripts/tradeoff_tables.py --brdfit target/release/brdfit --only brass
-    python scripts/tradeoff_tables.py --brdfit target/release/brdfit --update-docs   docs/tradeoff.md and docs/tradeoff/*.svg
+    python scripts/tradeoff_tables.py --brdfit target/release/brdfit --update-docs   docs/use/tradeoff.md and docs/use/tradeoff/*.svg
     The measurements are looked for in ../shared/data beside the checkout, or in $BRDFIT_SHARED_DATA. Nothing else should
     run meanwhile: the nanoseconds would be those of a busy machine.
 
@@ -256,12 +256,12 @@ def document(found: dict[str, dict]) -> str:
 
 
 def update(found: dict[str, dict]) -> None:
-    page = ROOT / "docs/tradeoff.md"
+    page = ROOT / "docs/use/tradeoff.md"
     text = page.read_text()
     before, rest = text.split(BEGIN)
     _, after = rest.split(END)
     page.write_text(f"{before}{BEGIN}\n\n{document(found)}\n\n{END}{after}")
-    plots = ROOT / "docs/tradeoff"
+    plots = ROOT / "docs/use/tradeoff"
     plots.mkdir(exist_ok=True)
     for name in found:
         (plots / f"{name}.svg").write_bytes((ROOT / f"target/tradeoff/{name}.svg").read_bytes())

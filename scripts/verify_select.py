@@ -31,11 +31,11 @@ What differs on purpose
     there; and the pixels: all that have light here, those with data around their directions there.
 
 What does not differ, of files
-    What lies between samples, and which directions have data around them, is a rule, not a fact: docs/image.md and the
+    What lies between samples, and which directions have data around them, is a rule, not a fact: docs/use/image.md and the
     heads of src/measurement/interpolant have it, and it is written anew here. Whether it is good is not asked.
 
 Conventions
-    docs/conventions.md, docs/scene.md and docs/image.md. Formulas are those of the heads of src/model, written anew.
+    docs/use/conventions.md, docs/use/scene.md and docs/use/image.md. Formulas are those of the heads of src/model, written anew.
     Lengths are metres. n = +z in the local frame, wi to the light, wo to the camera, f in 1/sr.
 
 Sources
@@ -87,7 +87,7 @@ Parameters = dict[str, "float | Array"]
 
 SCENE_FOLDER = Path(__file__).resolve().parents[1] / "data" / "scenes"
 
-# Two p95 agree within MARGIN + MARGIN_SHARE p95. See "Verified by a second renderer" in docs/select.md.
+# Two p95 agree within MARGIN + MARGIN_SHARE p95. See "Verified by a second renderer" in docs/use/select.md.
 MARGIN, MARGIN_SHARE = 0.2, 0.2
 # Pairs of directions that are evaluated at once: a few arrays of them fit a processor's cache.
 CHUNK = 100_000

@@ -2,7 +2,7 @@
 //!
 //! Six models, 1000 measurements each: random parameters, 500 scattered directions with half of them near
 //! the mirror direction, noise of known size. `cargo test --release --test integration calibration -- --nocapture`
-//! prints the tables of docs/calibration.md, with `--ignored` the one of ten times as many.
+//! prints the tables of docs/trust/calibration.md, with `--ignored` the one of ten times as many.
 #![allow(clippy::print_stdout, clippy::cast_precision_loss)]
 
 use brdfit::fit::{Fit, Method, Metric, Options, fit};
@@ -446,7 +446,7 @@ fn one_sample_alone_in_the_peak() {
     assert!(found > alone && found < 50.0 * alone, "{found} for {alone}");
 }
 
-/// docs/calibration.md: with noise of relative size s, a level comes out by -s^2/3 too low in cbrt, by -s^2/2
+/// docs/trust/calibration.md: with noise of relative size s, a level comes out by -s^2/3 too low in cbrt, by -s^2/2
 /// x/(1 + x) in log; weighted by sigma, by +s^2 and +3/2 s^2 x/(1 + x). From the second-order expansion of the
 /// residual about the truth.
 #[test]

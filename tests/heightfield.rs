@@ -2,7 +2,7 @@
 //!
 //! The rays know nothing of D and G: what they measure is fitted with the models, in l2 and weighted by
 //! sigma. The noise of a count is known and adds to f itself, so chi^2 of f is the likelihood; log and cbrt
-//! would bend the noise (docs/calibration.md), and equal weights would waste the faint samples and let the
+//! would bend the noise (docs/trust/calibration.md), and equal weights would waste the faint samples and let the
 //! few at grazing decide.
 #![allow(clippy::print_stdout)]
 
@@ -97,7 +97,7 @@ fn grooves_of_ggx_facets() {
 
 // Smith takes heights and slopes, and heights at different places, for independent. On a real surface they
 // are not, and a little more light gets away than Smith lets, by a quarter of what is shadowed or less
-// (docs/heightfield.md). ks makes up for it: 0.1 % at m = 0.2, 0.6 % at 0.4, 2.3 % at 0.7. The tolerances are
+// (docs/trust/heightfield.md). ks makes up for it: 0.1 % at m = 0.2, 0.6 % at 0.4, 2.3 % at 0.7. The tolerances are
 // about twice the departures that four times as many rays settle (0.03 % of ks), and m within 3 % throughout.
 #[test]
 fn gaussian_surface_of_slope_0_1() {

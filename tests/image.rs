@@ -88,7 +88,7 @@ fn a_cloud_between_its_samples() {
     }
 }
 
-/// Cornell's paints: what docs/image.md says of them.
+/// Cornell's paints: what docs/use/image.md says of them.
 #[test]
 fn measured_paints() {
     let limits = [("cayman", 0.04, 0.09), ("garnet_red", 0.02, 0.045), ("krylon_blue", 0.02, 0.05)];

@@ -1,4 +1,4 @@
-//! docs/models.md is made from the heads of the source files, which are the models' manuals, and must be what they say
+//! docs/use/models.md is made from the heads of the source files, which are the models' manuals, and must be what they say
 //! now. `BRDFIT_UPDATE=1 cargo test --release --test integration models` writes it anew.
 
 use crate::common::{manual_of, model_source};
@@ -47,7 +47,7 @@ fn page() -> String {
     let mut page = String::from(
         "# Models\n\nMade from the heads of the source files by `BRDFIT_UPDATE=1 cargo test --release --test integration models`; a \
          test keeps it fresh. `brdfit models NAME` lists the bounds of every parameter and what an evaluation costs on \
-         your machine; [performance.md](performance.md) has the cost of every variant.\n\n\
+         your machine; [performance.md](../inside/performance.md) has the cost of every variant.\n\n\
          `*` one value per channel; in parentheses: fixed unless freed. Shapes and amplitudes are those of the default \
          variant.\n\n| model | what it is | shapes | amplitudes | reciprocal |\n|---|---|---|---|---|\n",
     );
@@ -87,7 +87,7 @@ fn page() -> String {
 
 #[test]
 fn the_page_is_fresh() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/models.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/use/models.md");
     let page = page();
     if std::env::var_os("BRDFIT_UPDATE").is_some() {
         fs::write(&path, &page).unwrap();
@@ -95,7 +95,7 @@ fn the_page_is_fresh() {
     let found = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == page,
-        "docs/models.md is not what the sources say: BRDFIT_UPDATE=1 cargo test --release --test integration models"
+        "docs/use/models.md is not what the sources say: BRDFIT_UPDATE=1 cargo test --release --test integration models"
     );
 }
 

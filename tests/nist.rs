@@ -3,7 +3,7 @@
 //! (<https://www.itl.nist.gov/div898/strd/nls/nls_main.shtml>).
 //!
 //! One solver with one set of options for all. The table of correct digits, beside those of two other
-//! libraries, goes to `nist.md` in Cargo's folder for temporary files, and into `docs/nist.md` with
+//! libraries, goes to `nist.md` in Cargo's folder for temporary files, and into `docs/trust/nist.md` with
 //! `BRDFIT_UPDATE=1 cargo test --release --test integration nist`.
 #![allow(clippy::print_stdout)]
 
@@ -358,7 +358,7 @@ fn the_carried_table_is_that_of_nist() {
 
 #[test]
 fn the_documented_table_is_current() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/nist.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/trust/nist.md");
     let text = fs::read_to_string(&path).unwrap();
     let (before, rest) = text.split_once(BEGIN).unwrap();
     let (documented, after) = rest.split_once(END).unwrap();
@@ -366,7 +366,7 @@ fn the_documented_table_is_current() {
         fs::write(&path, format!("{before}{BEGIN}\n\n{}\n{END}{after}", table())).unwrap();
         return;
     }
-    let stale = "docs/nist.md is stale: BRDFIT_UPDATE=1 cargo test --release --test integration nist";
+    let stale = "docs/trust/nist.md is stale: BRDFIT_UPDATE=1 cargo test --release --test integration nist";
     let mut rows = documented.lines().filter(|line| line.starts_with("| ")).skip(1);
     for o in outcomes() {
         let cells: Vec<&str> = rows.next().expect(stale).split('|').map(str::trim).collect();

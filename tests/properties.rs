@@ -1,5 +1,5 @@
 //! Properties of the readers and writers, on made-up content: what is written is read back, what means the same is read
-//! the same, and nothing makes a reader panic. The fuzz targets (docs/fuzzing.md) check the same promises on bytes
+//! the same, and nothing makes a reader panic. The fuzz targets (docs/inside/fuzzing.md) check the same promises on bytes
 //! that libFuzzer makes up; their corpora are checked here, too.
 
 #![allow(clippy::print_stdout)]

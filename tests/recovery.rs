@@ -2,7 +2,7 @@
 //!
 //! Every core model, with every distribution, shadowing and Fresnel part once and the others at their
 //! default: without noise to 1e-6 relative on scattered directions and on full MERL grids, and with noise
-//! of known size inside four standard errors. What is not identifiable, and why: docs/identifiability.md.
+//! of known size inside four standard errors. What is not identifiable, and why: docs/trust/identifiability.md.
 
 use brdfit::fit::{Fit, Metric, Options, fit};
 use brdfit::geometry::{Directions, HalfDifferenceGrid};

@@ -1,5 +1,5 @@
 //! Values and derivatives of every part and model against those that scripts/reference_values.py computed with mpmath, at the
-//! same arguments; docs/numerics.md has the table of digits lost, which `BRDFIT_UPDATE=1 cargo test --release --test
+//! same arguments; docs/trust/numerics.md has the table of digits lost, which `BRDFIT_UPDATE=1 cargo test --release --test
 //! integration reference` writes anew.
 
 use brdfit::geometry::{self, Block, Geometry};
@@ -532,7 +532,7 @@ fn every_reference_value_is_met() {
     }
     page.push('\n');
     assert!(missed.is_empty(), "{}", missed.join("\n"));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/numerics.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/trust/numerics.md");
     let text = fs::read_to_string(&path).unwrap();
     let (start, end) = (text.find(BEGIN).unwrap() + BEGIN.len(), text.find(END).unwrap());
     if std::env::var_os("BRDFIT_UPDATE").is_some() {
@@ -541,7 +541,7 @@ fn every_reference_value_is_met() {
     }
     assert!(
         text[start..end] == page,
-        "docs/numerics.md is not what is found: BRDFIT_UPDATE=1 cargo test --release --test integration reference"
+        "docs/trust/numerics.md is not what is found: BRDFIT_UPDATE=1 cargo test --release --test integration reference"
     );
 }
 

@@ -235,7 +235,7 @@ fn a_constant_environment_is_the_uniform_light() {
     assert_eq!(found.samples.len(), expected.samples.len());
 }
 
-/// A pixel of the map is where docs/scene.md says, and carries its solid angle.
+/// A pixel of the map is where docs/use/scene.md says, and carries its solid angle.
 #[test]
 fn a_bright_pixel_is_a_small_light() {
     let folder = Folder::new();
@@ -630,7 +630,7 @@ fn the_ready_scenes_show_something() {
 
 #[test]
 fn the_documented_example_is_a_scene() {
-    let text = fs::read_to_string(Path::new(ROOT).join("docs/scene.md")).unwrap();
+    let text = fs::read_to_string(Path::new(ROOT).join("docs/use/scene.md")).unwrap();
     let example = text.split("```json\n").nth(1).unwrap().split("```").next().unwrap();
     let folder = Folder::new();
     folder.write("example.json", example);
@@ -642,7 +642,7 @@ fn the_documented_example_is_a_scene() {
 /// `BRDFIT_UPDATE=1 cargo test --release --test integration scene` writes the file anew.
 #[test]
 fn the_schema_file_is_up_to_date() {
-    let path = Path::new(ROOT).join("docs/scene.schema.json");
+    let path = Path::new(ROOT).join("docs/use/scene.schema.json");
     let generated = serde_json::to_string_pretty(&schema()).unwrap() + "\n";
     if std::env::var_os("BRDFIT_UPDATE").is_some() {
         fs::write(&path, &generated).unwrap();
@@ -650,7 +650,7 @@ fn the_schema_file_is_up_to_date() {
     let found = fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
     assert!(
         found == generated,
-        "docs/scene.schema.json is stale: BRDFIT_UPDATE=1 cargo test --release --test integration scene"
+        "docs/use/scene.schema.json is stale: BRDFIT_UPDATE=1 cargo test --release --test integration scene"
     );
 }
 

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! cargo bench --bench suite -- --quick                        under a minute, to see that it works
-//! cargo bench --bench suite -- FILE...                        the tables of docs/performance.md, printed
+//! cargo bench --bench suite -- FILE...                        the tables of docs/inside/performance.md, printed
 //! cargo bench --bench suite -- FILE... --baseline python3     the same beside scripts/baseline_scipy.py
-//! cargo bench --bench suite -- FILE... --update-docs          writes the tables into docs/performance.md
+//! cargo bench --bench suite -- FILE... --update-docs          writes the tables into docs/inside/performance.md
 //! cargo bench --bench suite -- --only yardstick               one section
 //! ```
 //!
@@ -13,7 +13,7 @@
 //! medians and depend on the machine; nothing fails on them. Run it on an idle machine.
 //!
 //! To add a section: write a [`Section`], add a line to [`SECTIONS`], and its two marker
-//! comments to docs/performance.md.
+//! comments to docs/inside/performance.md.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -74,7 +74,7 @@ pub struct Arguments {
     /// The script that --baseline runs
     #[arg(long, value_name = "FILE", default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/baseline_scipy.py"))]
     baseline_script: PathBuf,
-    /// Writes the tables into docs/performance.md
+    /// Writes the tables into docs/inside/performance.md
     #[arg(long, conflicts_with_all = ["quick", "only"])]
     update_docs: bool,
     /// What to call this state of the program in the document, beside the machine
@@ -117,7 +117,7 @@ fn main() {
     let inputs = Inputs::new(&arguments.files, folder.path());
     let setup = Setup { arguments, effort, inputs, folder };
 
-    let document = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/performance.md");
+    let document = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/inside/performance.md");
     let mut written = setup.arguments.update_docs.then(|| std::fs::read_to_string(&document).unwrap());
     for (name, section) in SECTIONS.iter().filter(|(name, _)| name.contains(&setup.arguments.only)) {
         eprintln!("{name} ...");
@@ -133,7 +133,7 @@ fn main() {
 /// The document with what stands between the markers of a section replaced.
 fn replace(document: &str, name: &str, text: &str) -> String {
     let (begin, end) = (format!("<!-- benches/suite: {name} -->"), format!("<!-- end of {name} -->"));
-    let missing = |marker: &str| panic!("docs/performance.md: expected the line {marker}");
+    let missing = |marker: &str| panic!("docs/inside/performance.md: expected the line {marker}");
     let (before, rest) = document.split_once(&begin).unwrap_or_else(|| missing(&begin));
     let (_, after) = rest.split_once(&end).unwrap_or_else(|| missing(&end));
     format!("{before}{begin}\n\n{text}\n{end}{after}")

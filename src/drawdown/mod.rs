@@ -1,4 +1,4 @@
-//! Paint on cards: K and S from reflectances over known backings (docs/kubelka-munk.md).
+//! Paint on cards: K and S from reflectances over known backings (docs/use/kubelka-munk.md).
 //!
 //! A drawdown is a film of paint of known thickness drawn over a card that is black here and white there. What
 //! it reflects over two backings, or at two thicknesses, tells its absorption K and scattering S apart, which no BRDF

@@ -1,4 +1,4 @@
-//! What `brdfit kubelka-munk` reports; docs/kubelka-munk.md describes it field by field.
+//! What `brdfit kubelka-munk` reports; docs/use/kubelka-munk.md describes it field by field.
 
 use super::{Drawdown, Fitted, Quantity, Surface};
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! CSV of reflectances over backings; documented in docs/kubelka-munk.md.
+//! CSV of reflectances over backings; documented in docs/use/kubelka-munk.md.
 //!
 //! Two layouts, told apart by the header: a row per patch with a column per channel, or, if any column begins with
 //! `over_`, a row per channel with a column per backing.

@@ -83,7 +83,7 @@ impl Uncertainty {
     }
 }
 
-/// How many samples a fit may use and how many iterations it may take. docs/tradeoff.md has what each costs and leaves in
+/// How many samples a fit may use and how many iterations it may take. docs/use/tradeoff.md has what each costs and leaves in
 /// error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Budget {

@@ -1,7 +1,7 @@
 //! Directions, half/difference grids, and the blocks of geometry that models are evaluated on.
 //!
 //! Local frame: the normal is +z, `wi` points to the light and `wo` to the viewer, both unit and away
-//! from the surface (docs/conventions.md).
+//! from the surface (docs/use/conventions.md).
 
 #![allow(
     clippy::indexing_slicing,

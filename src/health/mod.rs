@@ -1,6 +1,6 @@
 //! Whether a model at given parameters, or a measurement, obeys physics, and how well a model's formula computes.
 //!
-//! docs/checks.md says what is checked, within which limits, and describes the JSON form field by field.
+//! docs/use/checks.md says what is checked, within which limits, and describes the JSON form field by field.
 
 #![allow(
     clippy::indexing_slicing,

@@ -1,7 +1,7 @@
 //! Images of a scene: scene radiance in linear RGB, what tells two of them apart, and the bytes of files.
 //!
 //! RGB has the primaries of ITU-R BT.709 and sRGB and the white of D65; 1 is what a scene calls white until
-//! an exposure says otherwise. docs/image.md has every formula.
+//! an exposure says otherwise. docs/use/image.md has every formula.
 
 #![allow(
     clippy::indexing_slicing,

@@ -1,7 +1,7 @@
 //! The report: what was asked, what was done, why it stopped, and what not to trust.
 //!
-//! The JSON form is a stable interface: docs/report.md describes it field by field, and a test compares
-//! docs/report.schema.json with the schema generated from these types.
+//! The JSON form is a stable interface: docs/use/report.md describes it field by field, and a test compares
+//! docs/use/report.schema.json with the schema generated from these types.
 
 #![allow(
     clippy::indexing_slicing,
@@ -151,9 +151,9 @@ pub struct Correlation {
     pub matrix: Vec<Vec<Option<f64>>>,
 }
 
-/// Every error; docs/conventions.md defines each.
+/// Every error; docs/use/conventions.md defines each.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
-#[expect(missing_docs, reason = "defined together in docs/conventions.md")]
+#[expect(missing_docs, reason = "defined together in docs/use/conventions.md")]
 pub struct ErrorRecord {
     pub l2: Option<f64>,
     pub log: Option<f64>,
@@ -319,7 +319,7 @@ pub struct Times {
 /// Something to know before relying on the result.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct WarningRecord {
-    /// Its kind; docs/report.md lists them.
+    /// Its kind; docs/use/report.md lists them.
     pub kind: &'static str,
     /// The parameter concerned, if it is one.
     pub parameter: Option<String>,

@@ -1,6 +1,6 @@
 //! What a scene shows of a surface: which pairs of directions its pixels see, and how much light each carries.
 //!
-//! A scene (docs/scene.md) is a surface, a camera and lights. [`Scene::view`] turns it into a list of samples per pixel such
+//! A scene (docs/use/scene.md) is a surface, a camera and lights. [`Scene::view`] turns it into a list of samples per pixel such
 //! that, whatever the BRDF f,
 //!
 //! ```text

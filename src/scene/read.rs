@@ -1,6 +1,6 @@
 //! Scenes read from JSON, and all that is wrong with them.
 //!
-//! docs/scene.md describes the fields, and a test compares docs/scene.schema.json with the schema generated from these types.
+//! docs/use/scene.md describes the fields, and a test compares docs/use/scene.schema.json with the schema generated from these types.
 
 use super::camera::Camera;
 use super::description::{FINER, LARGEST_SIDE, MOST_LIGHT_SAMPLES, SCHEMA, Scene};

@@ -1,7 +1,7 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 //!
 //! A scene shows a surface from some directions in some light, and nothing else of it matters. Every model of the ladder is fitted
-//! to the image that the measurement makes, and its image compared with that one. docs/select.md describes it, and the JSON form
+//! to the image that the measurement makes, and its image compared with that one. docs/use/select.md describes it, and the JSON form
 //! field by field.
 
 #![allow(
@@ -114,7 +114,7 @@ pub struct Tried {
     pub free: Vec<&'static str>,
     /// f32 or f64: what it is evaluated in.
     pub precision: &'static str,
-    /// Operations of one evaluation, weighted as docs/tradeoff.md says.
+    /// Operations of one evaluation, weighted as docs/use/tradeoff.md says.
     pub cost: u64,
     /// The parameters.
     pub parameters: Vec<ParameterValue>,

@@ -113,7 +113,7 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// Two thousand iterations, three times what the slowest of the NIST problems takes (docs/nist.md).
+    /// Two thousand iterations, three times what the slowest of the NIST problems takes (docs/trust/nist.md).
     fn default() -> Self {
         Self::iterations(2000)
     }

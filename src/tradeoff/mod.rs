@@ -1,7 +1,7 @@
 //! `brdfit tradeoff`: what accuracy costs. Models from one number to none of a form, the approximations inside one model, and
 //! the number of samples, each with its errors and what an evaluation of it takes.
 //!
-//! docs/tradeoff.md describes what is measured and the JSON form field by field.
+//! docs/use/tradeoff.md describes what is measured and the JSON form field by field.
 
 #![allow(
     clippy::indexing_slicing,

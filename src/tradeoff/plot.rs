@@ -2,7 +2,10 @@
 
 use super::{Entry, Tradeoff, recorded_in};
 use crate::error::Error;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use std::ops::Range;
 
 /// Width, and height of the plot alone, pixels.
 const SIZE: (u32, u32) = (900, 480);
@@ -18,6 +21,77 @@ struct Point<'a> {
     cost: f64,
     error: f64,
     entry: &'a Entry,
+}
+
+/// A logarithmic axis that always carries numbers, however short it is.
+struct LogAxis {
+    range: Range<f64>,
+    logarithm: RangedCoordf64,
+}
+
+impl LogAxis {
+    /// An axis over a range of positive numbers.
+    fn new(range: Range<f64>) -> Self {
+        let logarithm = (range.start.ln()..range.end.ln()).into();
+        Self { range, logarithm }
+    }
+}
+
+impl Ranged for LogAxis {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        self.logarithm.map(&value.ln(), limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        ticks(&self.range)
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.range.clone()
+    }
+}
+
+/// The numbers to write at a logarithmic axis: powers of ten with their multiples by 2 and 5, powers of ten alone if those are
+/// too many, and finer steps if they are fewer than two.
+fn ticks(range: &Range<f64>) -> Vec<f64> {
+    const MOST: usize = 20;
+    // Tenths of a power of ten: each from 10 to 99.
+    let finer: [Vec<u32>; 3] = [vec![10, 20, 50], (10..100).step_by(10).collect(), (10..100).collect()];
+    let mut found = Vec::new();
+    for tenths in &finer {
+        found = multiples(range, tenths);
+        if found.len() >= 2 {
+            break;
+        }
+    }
+    if found.len() > MOST {
+        let decades = multiples(range, &[10]);
+        let every = decades.len().div_ceil(MOST).max(1);
+        found = decades.into_iter().step_by(every).collect();
+    }
+    found
+}
+
+/// The numbers within a range that are some tenths of a power of ten, in ascending order.
+fn multiples(range: &Range<f64>, tenths: &[u32]) -> Vec<f64> {
+    #[expect(clippy::cast_possible_truncation, reason = "the exponent of a finite number")]
+    let exponent = |x: f64| x.log10().floor() as i32;
+    let mut found = Vec::new();
+    // One decade more on either side, in case a logarithm is rounded across a whole number.
+    for power in exponent(range.start) - 2..=exponent(range.end) {
+        for &count in tenths {
+            let count = f64::from(count);
+            // A quotient by a power of ten is rounded once, so that it prints as short as it is.
+            let x = if power < 0 { count / 10_f64.powi(-power) } else { count * 10_f64.powi(power) };
+            if range.start <= x && x <= range.end {
+                found.push(x);
+            }
+        }
+    }
+    found
 }
 
 /// The usable models, error against weighted operations, both logarithmic, with the front drawn.
@@ -69,11 +143,12 @@ fn draw(text: &mut String, found: &Tradeoff, points: &[Point<'_>]) -> Result<(),
         .margin_right(30)
         .x_label_area_size(44)
         .y_label_area_size(76)
-        .build_cartesian_2d(range(|p| p.cost).log_scale(), range(|p| p.error).log_scale())?;
+        .build_cartesian_2d(LogAxis::new(range(|p| p.cost)), LogAxis::new(range(|p| p.error)))?;
     chart
         .configure_mesh()
         .x_desc("cost of an evaluation, operations (a quotient 4, an exponential 25)")
         .y_desc(format!("{} error", found.metric))
+        .x_label_formatter(&|cost| cost.to_string())
         .y_label_formatter(&|error| format!("{error:.1e}"))
         .light_line_style(WHITE.mix(0.0))
         .draw()?;
@@ -94,4 +169,32 @@ fn draw(text: &mut String, found: &Tradeoff, points: &[Point<'_>]) -> Result<(),
     }
     whole.present()?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_axis_carries_two_numbers_at_least_and_twenty_at_most() {
+        // The shortest axis is that of one point: a factor of 1.25 on either side.
+        for step in 0..2000 {
+            let middle = 10_f64.powf(-8.0 + 0.01 * f64::from(step));
+            for factor in [1.25, 2.0, 7.0, 100.0, 1e6, 1e30] {
+                let range = middle / factor..middle * factor;
+                let found = ticks(&range);
+                assert!((2..=20).contains(&found.len()), "{range:?}: {found:?}");
+                assert!(found.iter().all(|x| range.start <= *x && *x <= range.end), "{range:?}: {found:?}");
+                assert!(found.is_sorted_by(|a, b| a < b), "{range:?}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_round() {
+        assert_eq!(ticks(&(4.0..560.0)), [5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0]);
+        assert_eq!(ticks(&(0.012..0.054)), [0.02, 0.05]);
+        assert_eq!(ticks(&(0.022..0.034)).first(), Some(&0.022));
+        assert_eq!(ticks(&(0.51..0.79)), [0.6, 0.7]);
+    }
 }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 /// The most memory that a refusal may take, kB.
 const MOST_MEMORY_KB: u32 = 100_000;
-/// A refusal takes milliseconds (docs/fuzzing.md); this is room for a machine that is busy with other things.
+/// A refusal takes milliseconds (docs/inside/fuzzing.md); this is room for a machine that is busy with other things.
 const LONGEST: Duration = Duration::from_secs(10);
 
 fn corpus() -> PathBuf {

@@ -1,5 +1,5 @@
 //! The command line as a user or a script sees it: arguments and files in, exit code, standard output,
-//! standard error and files out. The contract is docs/design.md, sections 5 and 6.
+//! standard error and files out. The contract is docs/inside/design.md, sections 5 and 6.
 
 mod broken;
 mod check;

@@ -18,7 +18,7 @@ fn models_lists_the_zoo() {
         let found = model["parameters"].as_array().unwrap().iter().filter(|p| p["name"] == parameter);
         found.map(|p| p["bounds"].clone()).collect()
     };
-    // docs/design.md, section 5.
+    // docs/inside/design.md, section 5.
     for (model, parameter, expected) in [
         ("lambert", "kd", json!([0.0, 2.0])),
         ("oren-nayar", "albedo", json!([0.0, 2.0])),

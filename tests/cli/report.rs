@@ -86,7 +86,7 @@ fn assert_fields(what: &str, object: &Value, fields: &[(&str, &str)]) {
     }
 }
 
-/// docs/design.md, section 6, field by field.
+/// docs/inside/design.md, section 6, field by field.
 fn assert_report(report: &Value) {
     assert_fields(
         "report",
@@ -360,7 +360,7 @@ fn reports_match_the_schema() {
 /// `BRDFIT_UPDATE=1 cargo test --release --test integration schema` writes the file anew.
 #[test]
 fn the_schema_file_is_up_to_date() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/report.schema.json");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/use/report.schema.json");
     let generated = serde_json::to_string_pretty(&schema()).unwrap() + "\n";
     if std::env::var_os("BRDFIT_UPDATE").is_some() {
         fs::create_dir_all(concat!(env!("CARGO_MANIFEST_DIR"), "/docs")).unwrap();
@@ -369,6 +369,6 @@ fn the_schema_file_is_up_to_date() {
     let found = fs::read_to_string(path).unwrap_or_default().replace("\r\n", "\n");
     assert!(
         found == generated,
-        "docs/report.schema.json is stale: BRDFIT_UPDATE=1 cargo test --release --test integration schema"
+        "docs/use/report.schema.json is stale: BRDFIT_UPDATE=1 cargo test --release --test integration schema"
     );
 }

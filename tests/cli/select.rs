@@ -159,7 +159,7 @@ fn weights_of_the_scene_lower_the_error_of_the_image() {
     let models: String = models.iter().map(|model| format!(" -m '{model}'")).collect();
     let mut inputs = vec!["glossy.csv".to_owned()];
     inputs.extend(shared("cornell/garnet_red.brdf").map(|path| format!("'{}'", path.display())));
-    // docs/select.md has many more pairs; these take seconds.
+    // docs/use/select.md has many more pairs; these take seconds.
     let names = |input: &str| match input {
         "glossy.csv" => &["studio-sphere", "grazing-sun-floor", "interior-normal-incidence"][..],
         _ => &["studio-sphere", "interior-normal-incidence"],

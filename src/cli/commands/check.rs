@@ -19,19 +19,19 @@ use std::path::{Path, PathBuf};
 /// Arguments of `brdfit check`.
 #[derive(Args)]
 pub struct Arguments {
-    /// A JSON report of brdfit, whose model is checked, or a measurement
+    /// Check this file: a JSON report of brdfit, whose model is checked, or a measurement
     #[arg(value_name = "FILE", required_unless_present = "model", conflicts_with = "model")]
     input: Option<PathBuf>,
-    /// Model expression
+    /// Check this model, such as 'lambert + cook-torrance(d=beckmann)'
     #[arg(short, long = "model", value_name = "EXPR")]
     model: Option<String>,
-    /// Values of its parameters, P=V, per channel P.r=V; the others keep their defaults
+    /// Set parameters to values, per channel as P.r=V; the others keep their defaults
     #[arg(long, value_name = "P=V", num_args = 1..)]
     set: Vec<String>,
-    /// Admit values of a parameter between these two
+    /// Accept values of a parameter between these two
     #[arg(long, value_name = "P=LO..HI")]
     bounds: Vec<String>,
-    /// JSON instead of the table
+    /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! `brdfit evaluate`: scores given parameters, without a fit.
 
 use crate::cli::messages::{say, show};
-use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
@@ -17,16 +17,15 @@ use std::time::Instant;
 /// Arguments of `brdfit evaluate`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Measurement: MERL .binary, Cornell text, or CSV
-    #[arg(value_name = "INPUT")]
+    #[arg(value_name = "INPUT", help = measurement_help("Measurement to compare with"))]
     input: Option<PathBuf>,
-    /// Model expression
+    /// Evaluate this model, such as 'lambert + cook-torrance(d=beckmann)'
     #[arg(short, long = "model", value_name = "EXPR")]
     model: String,
-    /// Values of parameters; the others keep their defaults
+    /// Set parameters to values; the others keep their defaults
     #[arg(long, value_name = "P=V", num_args = 1..)]
     set: Vec<String>,
-    /// Admit values of a parameter between these two
+    /// Accept values of a parameter between these two
     #[arg(long, value_name = "P=LO..HI")]
     bounds: Vec<String>,
     #[command(flatten)]

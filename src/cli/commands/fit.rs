@@ -4,7 +4,7 @@ use super::fit_outputs::Outputs;
 use super::read_ahead::{Input, read_ahead};
 use crate::cli::messages::{complain, say, show};
 use crate::cli::options::fitting::FittingArguments;
-use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::loss::LossArguments;
 use crate::cli::options::report::{ReportArguments, SEVERAL_INPUTS};
 use crate::cli::options::settings::SettingArguments;
@@ -28,10 +28,9 @@ use std::time::{Duration, Instant};
 /// Arguments of `brdfit fit`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Measurements: MERL .binary, Cornell text, or CSV
-    #[arg(required = true, value_name = "INPUT")]
+    #[arg(required = true, value_name = "INPUT", help = measurement_help("Measurements to fit"))]
     inputs: Vec<PathBuf>,
-    /// Model expression, such as 'lambert + cook-torrance(d=beckmann)'; may be repeated
+    /// Fit this model, such as 'lambert + cook-torrance(d=beckmann)'; repeat the option to rank several
     #[arg(short, long = "model", required = true, value_name = "EXPR")]
     models: Vec<String>,
     #[command(flatten)]
@@ -46,10 +45,10 @@ pub struct Arguments {
     fitting: FittingArguments,
     #[command(flatten)]
     read: ReadArguments,
-    /// Stop after so many seconds with the best so far
+    /// Stop after S seconds and report the best parameters so far
     #[arg(long, value_name = "S")]
     timeout: Option<f64>,
-    /// Threads; by default one per core
+    /// Use N threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     threads: Option<usize>,
 }

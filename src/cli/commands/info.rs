@@ -1,7 +1,7 @@
 //! `brdfit info`: what a file holds.
 
 use crate::cli::messages::{remark, say};
-use crate::cli::options::input::ReadArguments;
+use crate::cli::options::input::{ReadArguments, measurement_help};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
@@ -14,10 +14,9 @@ use std::path::PathBuf;
 /// Arguments of `brdfit info`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Measurement: MERL .binary, Cornell text, or CSV
-    #[arg(value_name = "INPUT")]
+    #[arg(value_name = "INPUT", help = measurement_help("Measurement to describe"))]
     input: PathBuf,
-    /// JSON instead of the table
+    /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
     #[command(flatten)]

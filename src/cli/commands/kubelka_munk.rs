@@ -13,16 +13,16 @@ use std::path::PathBuf;
 /// Arguments of `brdfit kubelka-munk`.
 #[derive(Args)]
 pub struct Arguments {
-    /// CSV of reflectances over black and white, or other known backings (docs/kubelka-munk.md)
+    /// CSV file of reflectances over black and white, or other known backings (docs/use/kubelka-munk.md)
     #[arg(value_name = "INPUT")]
     input: PathBuf,
-    /// Thickness of the film, for a file without a column of it; 'inf' for opaque paint
+    /// Set the thickness of the film, for a file without a thickness column ('inf': opaque paint)
     #[arg(long, value_name = "X", value_parser = positive)]
     thickness: Option<f64>,
-    /// What the film's surface reflects of light from outside and of diffuse light from inside
+    /// Set the shares that the film's surface reflects of light from outside and of diffuse light from inside
     #[arg(long, value_name = "K1,K2", value_parser = surface, conflicts_with = "eta")]
     saunderson: Option<Surface>,
-    /// Refractive index of the film, to compute these from
+    /// Compute these shares from the refractive index of the film
     #[arg(long, value_name = "N", value_parser = index)]
     eta: Option<f64>,
     #[command(flatten)]

@@ -39,17 +39,17 @@ macro_rules! subcommands {
 subcommands! {
     /// Fit models to measurements
     Fit: fit,
-    /// Score given parameters, without a fit
+    /// Evaluate a model at given parameters and report its errors
     Evaluate: evaluate,
-    /// List the models: parameters, bounds, units, references
+    /// List the models with their parameters, bounds, units and references
     Models: models,
-    /// Show what a file holds
+    /// Show what a measurement file contains
     Info: info,
-    /// Check that a model or a measurement obeys physics, and how well a model computes
+    /// Check that a model or a measurement obeys physics, and how many digits a model keeps
     Check: check,
     /// Show what accuracy costs: models, approximations and numbers of samples
     Tradeoff: tradeoff,
-    /// Choose the cheapest model that a scene cannot tell from the measurement
+    /// Find the cheapest model that a scene cannot tell from the measurement
     Select: select,
     /// Make a synthetic measurement
     Synth: synth,

@@ -13,10 +13,10 @@ use serde::Serialize;
 /// Arguments of `brdfit models`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Only this model
+    /// List this model only
     #[arg(value_name = "NAME")]
     name: Option<String>,
-    /// JSON instead of the table
+    /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
 }

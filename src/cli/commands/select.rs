@@ -1,7 +1,7 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 
 use crate::cli::messages::say;
-use crate::cli::options::input::{ReadArguments, SampleArguments, WITH_SCENE};
+use crate::cli::options::input::{ReadArguments, SampleArguments, WITH_SCENE, measurement_help};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::options::threads::{at_least_one, threads};
 use crate::cli::outcome::Outcome;
@@ -20,30 +20,29 @@ use std::path::{Path, PathBuf};
 /// Arguments of `brdfit select`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Measurement: MERL .binary, Cornell text, or CSV
-    #[arg(value_name = "INPUT")]
+    #[arg(value_name = "INPUT", help = measurement_help("Measurement to render and fit"))]
     input: PathBuf,
-    /// The scene, JSON: surface, camera and lights
+    /// Read the scene (surface, camera and lights) from this JSON file
     #[arg(long, value_name = "SCENE")]
     scene: PathBuf,
-    /// What 95 % of the pixels may differ by from the measured ones, CIEDE2000
+    /// Largest accepted colour difference: 95th percentile of CIEDE2000 over the image
     #[arg(long, default_value_t = JUST_NOTICEABLE, value_name = "T")]
     tolerance: f64,
-    /// Model expression to choose from, may be repeated; by default the ladder of `tradeoff`
+    /// Try this model; repeat the option for several [default: the fourteen models of tradeoff]
     #[arg(short, long = "model", value_name = "EXPR")]
     models: Vec<String>,
-    /// Write measured.exr, fitted.exr, comparison.exr and .png (measured, fitted, difference) and delta-e.png into this folder
+    /// Write images into this folder: measured.exr, fitted.exr, comparison.exr and .png, and delta-e.png
     #[arg(long, value_name = "FOLDER")]
     images: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArguments,
-    /// --weights: by default directions count as the scene shows them; with one of the others the samples themselves are fitted,
-    /// which shows what that gains
+    // By default the image of the scene is fitted. With one of the other --weights the samples themselves are fitted, which
+    // shows what the scene gains.
     #[command(flatten)]
     samples: SampleArguments<WITH_SCENE>,
     #[command(flatten)]
     read: ReadArguments,
-    /// Threads; by default one per core
+    /// Use N threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     threads: Option<usize>,
 }

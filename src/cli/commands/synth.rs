@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// Arguments of `brdfit synth`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Model expression
+    /// Evaluate this model, such as 'lambert + cook-torrance(d=beckmann)'
     #[arg(
         short,
         long = "model",
@@ -28,26 +28,26 @@ pub struct Arguments {
         conflicts_with = "from_heightfield"
     )]
     model: Option<String>,
-    /// Values of parameters, P=V; P.r=V, P.g=V ... make channels r, g ...; a height field has m=V alone
+    /// Set parameters to values; P.r=V and P.g=V make channels r and g; a height field takes m=V only
     #[arg(long, value_name = "P=V", num_args = 1..)]
     set: Vec<String>,
     #[command(flatten)]
     place: Place,
     #[command(flatten)]
     heightfield: HeightfieldArguments,
-    /// Largest angle of incidence and viewing, degrees, with --directions; of viewing with --from-heightfield
+    /// Limit theta_i and theta_o of --directions, or theta_o of --from-heightfield, to this angle, degrees
     #[arg(long, default_value_t = 80.0, value_name = "DEG")]
     max_theta: f64,
-    /// Noise relative to the value
+    /// Add noise with this standard deviation, relative to the value
     #[arg(long, default_value_t = 0.0, value_name = "REL", conflicts_with = "from_heightfield")]
     noise: f64,
-    /// Noise in 1/sr
+    /// Add noise with this standard deviation, 1/sr
     #[arg(long, default_value_t = 0.0, value_name = "S", conflicts_with = "from_heightfield")]
     noise_abs: f64,
-    /// Seed of directions and noise, of surfaces and rays
+    /// Set the seed of directions, noise, surfaces and rays
     #[arg(long, default_value_t = 0, value_name = "N")]
     seed: u64,
-    /// File to write: CSV, or a MERL table with --grid merl; '-' for standard output
+    /// Write to this file: CSV, or a MERL table with --grid merl ('-': standard output)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }
@@ -56,16 +56,16 @@ pub struct Arguments {
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct Place {
-    /// A full table
+    /// Evaluate at every cell of a full table
     #[arg(long, value_enum)]
     grid: Option<Grid>,
-    /// So many random pairs of directions, half of them near the mirror direction
+    /// Evaluate at N random pairs of directions, half of them near the mirror direction
     #[arg(long, value_name = "N", value_parser = direction_count)]
     directions: Option<usize>,
-    /// The directions of a CSV file or another measurement
+    /// Evaluate at the directions of a CSV file or another measurement
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
-    /// No model: rays traced over a rough surface of perfect mirrors
+    /// Trace rays over a rough surface of perfect mirrors instead of evaluating a model
     #[arg(long, value_enum, value_name = "SURFACE")]
     from_heightfield: Option<Surface>,
 }

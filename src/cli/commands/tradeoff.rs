@@ -1,7 +1,7 @@
 //! `brdfit tradeoff`: what accuracy costs.
 
 use crate::cli::messages::{remark, say};
-use crate::cli::options::input::{ReadArguments, SampleArguments};
+use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::options::threads::{at_least_one, threads};
 use crate::cli::outcome::Outcome;
@@ -18,26 +18,25 @@ use std::path::PathBuf;
 /// Arguments of `brdfit tradeoff`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Measurement: MERL .binary, Cornell text, or CSV
-    #[arg(value_name = "INPUT")]
+    #[arg(value_name = "INPUT", help = measurement_help("Measurement to fit"))]
     input: PathBuf,
-    /// Model expression, may be repeated; by default a ladder of models and the approximations inside one
+    /// Compare this model; repeat the option for several [default: fourteen models, and approximations inside one]
     #[arg(short, long = "model", value_name = "EXPR")]
     models: Vec<String>,
     #[command(flatten)]
     report: ReportArguments,
-    /// Write the models as CSV
+    /// Write a CSV file with one line per model
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Plot error against cost
+    /// Write a plot of error against cost
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// --samples limits what is fitted, 20000 unless given; errors are always those on all samples
+    // --samples limits the samples that are fitted, by default to 20000. Errors are always those on all samples.
     #[command(flatten)]
     samples: SampleArguments,
     #[command(flatten)]
     read: ReadArguments,
-    /// Threads; by default one per core
+    /// Use N threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     threads: Option<usize>,
 }

@@ -15,19 +15,19 @@ use std::sync::Arc;
 /// How a fit is made and judged.
 #[derive(Args)]
 pub struct FittingArguments {
-    /// Leave this fraction of the angles of incidence out of the fit, and report the errors on them
+    /// Leave this fraction of the incidence angles out of the fit, and report the errors on them
     #[arg(long, value_name = "FRACTION")]
     hold_out: Option<f64>,
-    /// Standard errors by formula, or from fits repeated on resampled angles of incidence
+    /// Find standard errors by formula, or by refitting resampled incidence angles (200 fits)
     #[arg(long, value_enum, default_value_t = UncertaintyName::Formula)]
     uncertainty: UncertaintyName,
-    /// What minimises in the final fit; all but the first serve to compare
+    /// Optimiser of the final fit; the default is the one to use, the others are for comparison
     #[arg(long, value_enum, default_value_t = SolverName::LevenbergMarquardt, value_name = "NAME")]
     solver: SolverName,
-    /// Samples and iterations: fast 2000 and 60, balanced 20000 and 120, full all and 300
+    /// Limit the samples and iterations: fast 2000 and 60, balanced 20000 and 120, full all and 300
     #[arg(long, value_enum, value_name = "NAME", conflicts_with_all = ["samples", "target_error"])]
     budget: Option<BudgetName>,
-    /// Fit within the cheapest budget that reaches this error on all samples
+    /// Use the cheapest budget whose fit reaches this error on all samples
     #[arg(long, value_name = "E", conflicts_with = "samples")]
     target_error: Option<f64>,
 }

@@ -11,16 +11,16 @@ use std::path::Path;
 /// Options of a height field.
 #[derive(Args)]
 pub struct HeightfieldArguments {
-    /// Angles of incidence of a height field, degrees; by default 0,15,30,45,60,75
+    /// Light the height field from these incidence angles, degrees [default: 0,15,30,45,60,75]
     #[arg(long, value_name = "DEG,...", value_delimiter = ',')]
     theta_i: Option<Vec<f64>>,
-    /// Rays for each angle of incidence, rounded up to full batches of 6400; by default 400000
+    /// Trace this number of rays per incidence angle, rounded up to full batches of 6400 [default: 400000]
     #[arg(long, value_name = "N")]
     rays: Option<usize>,
-    /// Side of the gaussian tile in correlation lengths; by default 32
+    /// Set the side of the gaussian tile, in correlation lengths [default: 32]
     #[arg(long, value_name = "N")]
     tile: Option<usize>,
-    /// Slopes of the v-groove's facets; by default beckmann
+    /// Draw the slopes of the v-groove's facets from this distribution [default: beckmann]
     #[arg(long, value_enum, value_name = "NAME")]
     facets: Option<Slopes>,
 }

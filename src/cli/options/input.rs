@@ -2,7 +2,7 @@
 
 use brdfit::Error;
 use brdfit::fit::Metric;
-use brdfit::measurement::formats::{BinPosition, ReadOptions, named, read};
+use brdfit::measurement::formats::{BinPosition, REGISTRY, ReadOptions, named, read};
 use brdfit::measurement::{Filters, Measurement, Weighting};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -11,20 +11,40 @@ use std::path::Path;
 /// How a file is read.
 #[derive(Args)]
 pub struct ReadArguments {
-    /// Format of the input; by default recognised by its content
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help = format_help())]
     format: Option<String>,
-    /// What the values of a MERL table stand for
+    /// Choose where in its bin each value of a MERL table lies
     #[arg(long, value_enum, default_value_t = Bins::Center, value_name = "WHERE")]
     merl_bins: Bins,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Bins {
-    /// The centre of the bin
+    /// At the centre of the bin
     Center,
-    /// Its lower edge
+    /// At the lower edge of the bin
     Edge,
+}
+
+/// Names joined by commas, and the last one by "or".
+fn alternatives(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [only] => (*only).to_owned(),
+        [first @ .., last] => format!("{} or {last}", first.join(", ")),
+    }
+}
+
+/// The help of an argument that names one measurement, or several.
+pub fn measurement_help(what: &str) -> String {
+    let summaries: Vec<&str> = REGISTRY.iter().map(|format| format.summary).collect();
+    format!("{what}: {}", alternatives(&summaries))
+}
+
+/// The help of `--format`.
+fn format_help() -> String {
+    let names: Vec<&str> = REGISTRY.iter().map(|format| format.name).collect();
+    format!("Read the input as {} [default: recognised by its content]", alternatives(&names))
 }
 
 impl ReadArguments {
@@ -57,19 +77,17 @@ pub const WITH_SCENE: bool = true;
 /// Which samples count, and what is compared.
 #[derive(Args)]
 pub struct SampleArguments<const SCENE: bool = false> {
-    /// What is compared: f cos(theta_i), its logarithm ln(1 + x), or its cube root
+    /// Compare x = f cos(theta_i) itself (l2), ln(1 + x) (log) or the cube root of x (cbrt)
     #[arg(long, value_enum, default_value_t = MetricName::Cbrt)]
     metric: MetricName,
-    /// Weights of the samples; by default solid-angle on MERL grids, uniform elsewhere; `scene` for select
-    #[arg(long, value_parser = weights(SCENE))]
+    #[arg(long, value_parser = weights(SCENE), help = weights_help(SCENE))]
     weights: Option<Weights>,
-    /// Largest angle of incidence and viewing, degrees, inclusive; 80 by default, 90 for select
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", help = max_theta_help(SCENE))]
     max_theta: Option<f64>,
-    /// Use only so many samples, drawn evenly; `all` for every one
+    /// Use only N samples, drawn evenly, or all of them
     #[arg(long, value_parser = sample_count, value_name = "N|all")]
     samples: Option<SampleCount>,
-    /// Seed of every random choice
+    /// Set the seed of every random choice
     #[arg(long, default_value_t = 0, value_name = "N")]
     seed: u64,
 }
@@ -98,8 +116,26 @@ enum Weights {
     SolidAngle,
     Uniform,
     Sigma,
-    /// As the image of a scene has them
+    /// Fit the image of the scene
     Scene,
+}
+
+/// The help of `--weights`.
+fn weights_help(scene: bool) -> &'static str {
+    if scene {
+        "Weight the samples [default: scene, which fits the image of the scene]"
+    } else {
+        "Weight the samples [default: solid-angle on MERL grids, uniform elsewhere]"
+    }
+}
+
+/// The help of `--max-theta`.
+fn max_theta_help(scene: bool) -> &'static str {
+    if scene {
+        "Leave out samples with theta_i or theta_o above this angle, degrees [default: 90]"
+    } else {
+        "Leave out samples with theta_i or theta_o above this angle, degrees [default: 80]"
+    }
 }
 
 /// Reads weights by name. Those of a scene are offered where there is one, and understood everywhere: the error then says
@@ -170,5 +206,19 @@ pub fn checked_max_theta(degrees: f64) -> Result<f64, Error> {
         Err(Error::Usage(format!(
             "--max-theta: expected more than 0 and at most 90 degrees, found {degrees}"
         )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_names_every_format() {
+        let (measurement, format) = (measurement_help("Measurement"), format_help());
+        for known in REGISTRY {
+            assert!(measurement.contains(known.summary), "{}: {measurement}", known.name);
+            assert!(format.contains(known.name), "{}: {format}", known.name);
+        }
     }
 }

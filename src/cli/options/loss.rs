@@ -8,21 +8,21 @@ use clap::{Args, ValueEnum};
 /// How large residuals count.
 #[derive(Args)]
 pub struct LossArguments {
-    /// How residuals count that are far larger than the others
+    /// Loss function: how strongly outliers are down-weighted (none is least squares)
     #[arg(long, value_enum, default_value_t = LossName::None)]
     loss: LossName,
-    /// Where they begin to count less, in units of the residual; by default found from the residuals
+    /// Residual above which the loss down-weights a sample [default: estimated from the residuals]
     #[arg(long, value_name = "S|auto")]
     loss_scale: Option<String>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum LossName {
-    /// Squares
+    /// Least squares
     None,
-    /// Squares up to the scale, absolute values beyond
+    /// Squares up to the scale, absolute values above it
     Huber,
-    /// The logarithm of one plus squares
+    /// The logarithm of one plus the square
     Cauchy,
 }
 

@@ -13,10 +13,10 @@ pub const SEVERAL_INPUTS: bool = true;
 pub struct ReportArguments<const SEVERAL: bool = false> {
     #[arg(short, long, value_name = "OUT", help = output_help(SEVERAL))]
     output: Option<PathBuf>,
-    /// JSON on standard output instead of the table
+    /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
-    /// No table, no progress
+    /// Print neither table nor warnings nor progress
     #[arg(short, long)]
     quiet: bool,
 }
@@ -24,9 +24,9 @@ pub struct ReportArguments<const SEVERAL: bool = false> {
 /// The help of `-o`.
 fn output_help(several: bool) -> &'static str {
     if several {
-        "Write the JSON report here too; '-' for standard output, a folder for one file per input"
+        "Write the JSON report to this file as well ('-': standard output; a folder: one file per input)"
     } else {
-        "Write the JSON report here too; '-' for standard output"
+        "Write the JSON report to this file as well ('-': standard output)"
     }
 }
 

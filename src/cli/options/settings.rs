@@ -6,19 +6,19 @@ use clap::Args;
 /// What the user wants of parameters.
 #[derive(Args)]
 pub struct SettingArguments {
-    /// Keep a parameter at a value
+    /// Fix a parameter at a value; repeat the option for several parameters
     #[arg(long, value_name = "P=V")]
     fix: Vec<String>,
     /// Start a parameter from a value
     #[arg(long, value_name = "P=V")]
     init: Vec<String>,
-    /// Keep a parameter between two values
+    /// Bound a parameter by two values
     #[arg(long, value_name = "P=LO..HI")]
     bounds: Vec<String>,
     /// Fit a parameter that is fixed by default
     #[arg(long, value_name = "P")]
     free: Vec<String>,
-    /// Make a parameter equal another
+    /// Make a parameter equal to another
     #[arg(long, value_name = "P=Q")]
     tie: Vec<String>,
     /// Give a parameter one value per channel

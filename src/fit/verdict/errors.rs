@@ -1,4 +1,4 @@
-//! Every error of docs/conventions.md, whichever was fitted.
+//! Every error of docs/use/conventions.md, whichever was fitted.
 
 use crate::fit::problem::formula::{Term, reflectance};
 use crate::fit::problem::kernels::sum;
@@ -13,7 +13,7 @@ use crate::solver::triangle::dot;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// The errors between model and measurement. docs/conventions.md defines each.
+/// The errors between model and measurement. docs/use/conventions.md defines each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// Root mean square of x - x*, x = f cos(theta_i).

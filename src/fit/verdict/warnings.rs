@@ -12,7 +12,7 @@ use crate::parameters::{Product, Status, differ};
 const STRONG_CORRELATION: f64 = 0.98;
 /// Correlations beyond this between the two factors of a lobe's strength, which few data tell apart, are worth a warning.
 const STRONG_WITHIN_PRODUCT: f64 = 0.99;
-/// Schlick's Fresnel term rises noticeably only beyond this angle, degrees (docs/fitting.md).
+/// Schlick's Fresnel term rises noticeably only beyond this angle, degrees (docs/use/fitting.md).
 const FRESNEL_REACH_DEG: f64 = 70.0;
 /// Correlations beyond this between a diffuse base and a lobe, which are alike when the lobe is rough, are worth a warning.
 const STRONG_WITH_BASE: f64 = 0.95;

@@ -287,7 +287,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// PROPTEST_CASES says how many; docs/fuzzing.md how many there once were.
+        /// PROPTEST_CASES says how many; docs/inside/fuzzing.md how many there once were.
         #[test]
         fn small_tables_in_pieces(seed in any::<u64>(), odd in 0_u64..20, low in 0_u64..3, rows in 1_usize..4) {
             let mut rng = Pcg64Mcg::seed_from_u64(seed);

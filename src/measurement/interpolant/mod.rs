@@ -6,7 +6,7 @@
 //! | scattered | local linear regression on the nearest samples, through every sample: `cloud` |
 //!
 //! Below the horizon f = 0. Every answer says whether data surround the pair, and
-//! [`Interpolant::leave_out_error`] how well samples are predicted from the others. docs/image.md has what was
+//! [`Interpolant::leave_out_error`] how well samples are predicted from the others. docs/use/image.md has what was
 //! measured of both.
 
 mod cells;

@@ -23,7 +23,7 @@
 //! Bagher, Soler and Holzschuch 2012, Accurate Fitting of Measured Reflectances Using a Shifted Gamma Micro-facet
 //! Distribution (doi:10.1111/j.1467-8659.2012.03147.x), whose supplement lists fits of the 100 MERL materials: every
 //! parameter has a value per channel, and a row is typed in as printed: `albedo` is ks, `eta` f0 and f1, `Lambda` lambda
-//! (docs/published.md). The printed K follows from alpha and p, and is no parameter.
+//! (docs/trust/published.md). The printed K follows from alpha and p, and is no parameter.
 //!
 //! The authors fit G1 to the shadowing that follows from D, not to the measurement; so lambda, c, k and theta0 are fixed here unless
 //! freed, at values that are in the middle of their table. Data say little of them: shadowing matters at grazing alone.

@@ -14,7 +14,7 @@
 //! | eta | 1 | 1.0001..3 | refractive index, the same in all channels; 1.5 glass and plastic |
 //!
 //! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), whose supplement
-//! lists fits of the 100 MERL materials; a row is typed in as printed: A, B, C and eta are a, b, c and eta (docs/published.md). Fitted indices run
+//! lists fits of the 100 MERL materials; a row is typed in as printed: A, B, C and eta are a, b, c and eta (docs/trust/published.md). Fitted indices run
 //! up to 9.1 there, far beyond any dielectric: F is then nearly constant and eta but a scale. `--bounds eta=1.0001..10`
 //! admits them.
 //!

@@ -14,7 +14,7 @@
 //! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
 //! typed in as printed: its diffuse colour is kd, `albedo` ks, `fresnelReflectance` f0 and `sharpness` n. Their kd and ks are in the unit of the database before the
 //! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
-//! b (docs/published.md).
+//! b (docs/trust/published.md).
 //!
 //! The lobe is that of `ashikhmin-shirley` with nu = nv = n; its base is Lambert's and not the coupled one of the paper
 //! of 2000. ks and f0 are told apart only by directions beyond 60 degrees. Reciprocal; not energy conserving at

@@ -13,7 +13,7 @@
 //! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
 //! typed in as printed: its diffuse colour is kd, `albedo` ks and `sharpness` n. Their kd and ks are in the unit of the database before the
 //! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
-//! b (docs/published.md).
+//! b (docs/trust/published.md).
 //!
 //! The lobe is that of `blinn-phong`. Reciprocal, finite everywhere; energy conserving for small ks only: a sharp lobe
 //! reflects up to 4 ks. n -> 0: constant.

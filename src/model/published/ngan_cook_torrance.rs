@@ -14,7 +14,7 @@
 //! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
 //! typed in as printed: its diffuse colour is kd, `albedo` ks, `eta` f0 and `roughness` m. Their kd and ks are in the unit of the database before the
 //! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
-//! b (docs/published.md).
+//! b (docs/trust/published.md).
 //!
 //! D is Beckmann's distribution with its pi, G that of v-cavities, F Schlick's. The pi under the lobe stands beside the one
 //! in D, a relic of the 1982 paper: ks is pi/4 of the ks of

@@ -17,7 +17,7 @@
 //!
 //! Kubelka and Munk 1931; Kubelka 1948, doi:10.1364/JOSA.38.000448; k1 and k2: Saunderson 1942,
 //! doi:10.1364/JOSA.32.000727. The formulas for layers are in [`paint_layers`](crate::model::parts::paint_layers); `brdfit kubelka-munk` fits K and S to
-//! reflectances over known backings (docs/kubelka-munk.md).
+//! reflectances over known backings (docs/use/kubelka-munk.md).
 //!
 //! A BRDF knows one number of all this, the albedo: each parameter alone is another way to write `lambert.kd`, and two
 //! free at once are not determined, which the fit says. So one per channel is free, in the logarithm, since K/S

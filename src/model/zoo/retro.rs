@@ -18,7 +18,7 @@
 //! Belcour, Pacanowski, Delahaie, Laville-Geay and Eupherte 2014 (doi:10.1364/JOSAA.31.002561) measure tapes
 //! and propose the back vector; Portsmouth, Raab, Belcour and Liu 2026 (<https://arxiv.org/abs/2606.08739>)
 //! show that any microfacet lobe taken at it stays reciprocal and energy conserving: that is `g=smith`. The
-//! default follows the tape measured by the former, on which it is the closest (docs/measured.md): a sharp
+//! default follows the tape measured by the former, on which it is the closest (docs/trust/measured.md): a sharp
 //! lobe with G near 1 reflects ks at any angle, one with `g=neumann` ks cos(theta), and tapes do fall off as the
 //! light comes in more obliquely.
 //!

@@ -18,7 +18,7 @@
 //! M is smooth and falls from twice the mean positive slope, in looking along the surface, to 0, in looking down. It is
 //! tabulated once per set of shapes over r = 1/sqrt(1 + y), which takes the long tails of M to a few cells near 0, and
 //! interpolated by cubics through its values and slopes. G1 is met to 1e-6 on GGX and Beckmann, whose closed forms are known,
-//! to 3e-5 on all distributions with a formula within their bounds (against 20 digits, docs/numerics.md), and to 2e-4 on tables
+//! to 3e-5 on all distributions with a formula within their bounds (against 20 digits, docs/trust/numerics.md), and to 2e-4 on tables
 //! whose exponents jump.
 //!
 //! This is also the shadowing that Ashikhmin, Premoze and Shirley 2000 (doi:10.1145/344779.344814) find for any
