@@ -1,16 +1,9 @@
 //! Calibration: 95 % intervals must hold the truth in 95 % of all measurements.
 //!
 //! Six models, 1000 measurements each: random parameters, 500 scattered directions with half of them near
-//! the mirror direction, noise of known size. `cargo test --release --test calibration -- --nocapture`
+//! the mirror direction, noise of known size. `cargo test --release --test integration calibration -- --nocapture`
 //! prints the tables of docs/trust/calibration.md, with `--ignored` the one of ten times as many.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    clippy::print_stdout,
-    clippy::cast_precision_loss
-)]
+#![allow(clippy::print_stdout, clippy::cast_precision_loss)]
 
 use brdfit::fit::{Fit, Method, Metric, Options, fit};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair, direction};

@@ -1,6 +1,5 @@
 //! A fit of many samples goes most of its way on part of them. It must end where a fit ends that looks at every
 //! sample in every iteration.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use approx::assert_relative_eq;
 use brdfit::fit::{Fit, LossKind, Metric, Objective, Options, ReflectanceProblem, fit};

@@ -1,6 +1,5 @@
 //! Every derivative of every model in the registry, against a second differentiation (num-dual) and
 //! against central differences.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use brdfit::fit::{Metric, ReflectanceProblem};
 use brdfit::geometry::{Block, Directions, Geometry, Row, direction};

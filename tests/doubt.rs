@@ -1,10 +1,7 @@
 //! What a fit says when the data are not what one would wish: outliers, directions that do not tell
 //! parameters apart, parameters at bounds, lobes that could change places.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-mod common;
-
-use common::{Folder, Run, shared};
+use crate::common::{Folder, Run, shared};
 use rand::seq::index::sample;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

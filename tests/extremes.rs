@@ -1,6 +1,5 @@
 //! Fits of measurements as extreme as files can hold: each ends usable with the right parameters, or not usable with the
 //! right reason. None panics, runs for ever or prints a number that is none.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use brdfit::Error;
 use brdfit::fit::{Fit, Metric, Options, fit};

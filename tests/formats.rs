@@ -1,11 +1,8 @@
 //! The readers, against files written by hand, by independent arithmetic, and at random.
 
-// A broken expectation fails its test, which is what a panic is for here; indices are checked by tests.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::float_cmp, clippy::cast_precision_loss)]
 
-mod common;
-
+use crate::common::{CELLS, Folder, merl_filled, merl_header, shared};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use brdfit::Error;
 use brdfit::geometry::{Directions, Geometry};
@@ -16,7 +13,6 @@ use brdfit::measurement::{Channel, Filters, Measurement, Samples, Weighting};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, Selector, Setting};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
-use common::{CELLS, Folder, merl_filled, merl_header, shared};
 use proptest::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -1,9 +1,7 @@
 //! Physics of every model of the registry, from one table: reciprocity, sign, white furnace; a chi-square test of every
 //! distribution of facets; and that the checks themselves can fail.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-mod common;
-
+use crate::common::manual_of;
 use approx::assert_relative_eq;
 use brdfit::geometry::{Directions, Geometry, Pair, direction};
 use brdfit::health::{self, ALBEDO_SLACK, Effort, Integral, Quadrature, directional_albedo};
@@ -14,7 +12,6 @@ use brdfit::model::{
 use brdfit::parameters::{ParameterTable, Selector, Setting};
 use brdfit::progress::Quiet;
 use brdfit::synthetic::scattered_directions;
-use common::manual_of;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;

@@ -4,7 +4,6 @@
 //! sigma. The noise of a count is known and adds to f itself, so chi^2 of f is the likelihood; log and cbrt
 //! would bend the noise (docs/trust/calibration.md), and equal weights would waste the faint samples and let the
 //! few at grazing decide.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout)]
 
 use brdfit::fit::{Fit, Metric, Options, fit};

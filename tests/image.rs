@@ -1,15 +1,8 @@
 //! Measurements as functions of any pair of directions, against the models that they were made from and against
 //! themselves; from there to the bytes of an image.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    clippy::print_stdout
-)]
+#![allow(clippy::print_stdout)]
 
-mod common;
-
+use crate::common::shared;
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::image::{Image, Route, ToRgb, differences, exr, png};
 use brdfit::math::count;
@@ -100,7 +93,7 @@ fn a_cloud_between_its_samples() {
 fn measured_paints() {
     let limits = [("cayman", 0.04, 0.09), ("garnet_red", 0.02, 0.045), ("krylon_blue", 0.02, 0.05)];
     for (name, sample, light) in limits {
-        let Some(path) = common::shared(&format!("cornell/{name}.brdf")) else { continue };
+        let Some(path) = shared(&format!("cornell/{name}.brdf")) else { continue };
         let data = read(&path, None, &ReadOptions::default()).unwrap();
         let Directions::Scattered(pairs) = &data.directions else { panic!("a grid") };
         let cloud = Interpolant::new(&data);

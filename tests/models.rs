@@ -1,11 +1,8 @@
 //! docs/use/models.md is made from the heads of the source files, which are the models' manuals, and must be what they say
-//! now. `BRDFIT_UPDATE=1 cargo test --release --test models` writes it anew.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+//! now. `BRDFIT_UPDATE=1 cargo test --release --test integration models` writes it anew.
 
-mod common;
-
+use crate::common::{manual_of, model_source};
 use brdfit::model::{ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
-use common::{manual_of, model_source};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,7 +45,7 @@ fn names(entry: &ModelEntry) -> String {
 
 fn page() -> String {
     let mut page = String::from(
-        "# Models\n\nMade from the heads of the source files by `BRDFIT_UPDATE=1 cargo test --release --test models`; a \
+        "# Models\n\nMade from the heads of the source files by `BRDFIT_UPDATE=1 cargo test --release --test integration models`; a \
          test keeps it fresh. `brdfit models NAME` lists the bounds of every parameter and what an evaluation costs on \
          your machine; [performance.md](../inside/performance.md) has the cost of every variant.\n\n\
          `*` one value per channel; in parentheses: fixed unless freed. Shapes and amplitudes are those of the default \
@@ -98,7 +95,7 @@ fn the_page_is_fresh() {
     let found = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == page,
-        "docs/use/models.md is not what the sources say: BRDFIT_UPDATE=1 cargo test --release --test models"
+        "docs/use/models.md is not what the sources say: BRDFIT_UPDATE=1 cargo test --release --test integration models"
     );
 }
 

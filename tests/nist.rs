@@ -4,20 +4,12 @@
 //!
 //! One solver with one set of options for all. The table of correct digits, beside those of two other
 //! libraries, goes to `nist.md` in Cargo's folder for temporary files, and into `docs/trust/nist.md` with
-//! `BRDFIT_UPDATE=1 cargo test --release --test nist`.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    clippy::print_stdout
-)]
+//! `BRDFIT_UPDATE=1 cargo test --release --test integration nist`.
+#![allow(clippy::print_stdout)]
 
-mod common;
-
+use crate::common::shared;
 use brdfit::math::count;
 use brdfit::solver::{LeastSquares, Limits, Linearisation, Solution, Tolerances, minimise};
-use common::shared;
 use nalgebra::{DMatrix, DVector};
 use num_dual::{Dual64, DualNum};
 use std::f64::consts::PI;
@@ -374,7 +366,7 @@ fn the_documented_table_is_current() {
         fs::write(&path, format!("{before}{BEGIN}\n\n{}\n{END}{after}", table())).unwrap();
         return;
     }
-    let stale = "docs/trust/nist.md is stale: BRDFIT_UPDATE=1 cargo test --release --test nist";
+    let stale = "docs/trust/nist.md is stale: BRDFIT_UPDATE=1 cargo test --release --test integration nist";
     let mut rows = documented.lines().filter(|line| line.starts_with("| ")).skip(1);
     for o in outcomes() {
         let cells: Vec<&str> = rows.next().expect(stale).split('|').map(str::trim).collect();

@@ -1,5 +1,4 @@
 //! Laws of single models, against closed forms, published figures and each other; tests/health.rs has those of all.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use approx::assert_relative_eq;
 use brdfit::geometry::{BLOCK, Block, Geometry, Pair, direction};

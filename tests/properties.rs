@@ -2,11 +2,9 @@
 //! the same, and nothing makes a reader panic. The fuzz targets (docs/inside/fuzzing.md) check the same promises on bytes
 //! that libFuzzer makes up; their corpora are checked here, too.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout)]
 
-mod oracles;
-
+use crate::oracles;
 use brdfit::drawdown;
 use brdfit::fit::{Options, evaluate};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair, direction};

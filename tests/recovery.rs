@@ -3,7 +3,6 @@
 //! Every core model, with every distribution, shadowing and Fresnel part once and the others at their
 //! default: without noise to 1e-6 relative on scattered directions and on full MERL grids, and with noise
 //! of known size inside four standard errors. What is not identifiable, and why: docs/trust/identifiability.md.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 use brdfit::fit::{Fit, Metric, Options, fit};
 use brdfit::geometry::{Directions, HalfDifferenceGrid};

@@ -1,7 +1,6 @@
 //! Values and derivatives of every part and model against those that scripts/reference_values.py computed with mpmath, at the
 //! same arguments; docs/trust/numerics.md has the table of digits lost, which `BRDFIT_UPDATE=1 cargo test --release --test
-//! reference` writes anew.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+//! integration reference` writes anew.
 
 use brdfit::geometry::{self, Block, Geometry};
 use brdfit::math::{Dual, Real, Scalar};
@@ -542,7 +541,7 @@ fn every_reference_value_is_met() {
     }
     assert!(
         text[start..end] == page,
-        "docs/trust/numerics.md is not what is found: BRDFIT_UPDATE=1 cargo test --release --test reference"
+        "docs/trust/numerics.md is not what is found: BRDFIT_UPDATE=1 cargo test --release --test integration reference"
     );
 }
 

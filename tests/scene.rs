@@ -2,7 +2,6 @@
 //!
 //! The surface under the lights is Lambert's, f = kd/pi, so that every radiance has a closed form or a sum to compare with.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout, clippy::cast_precision_loss, clippy::cast_sign_loss)]
 
 use approx::assert_relative_eq;
@@ -640,7 +639,7 @@ fn the_documented_example_is_a_scene() {
     assert!(validator.is_valid(&serde_json::from_str(example).unwrap()));
 }
 
-/// `BRDFIT_UPDATE=1 cargo test --test scene` writes the file anew.
+/// `BRDFIT_UPDATE=1 cargo test --release --test integration scene` writes the file anew.
 #[test]
 fn the_schema_file_is_up_to_date() {
     let path = Path::new(ROOT).join("docs/use/scene.schema.json");
@@ -651,7 +650,7 @@ fn the_schema_file_is_up_to_date() {
     let found = fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
     assert!(
         found == generated,
-        "docs/use/scene.schema.json is stale: BRDFIT_UPDATE=1 cargo test --test scene"
+        "docs/use/scene.schema.json is stale: BRDFIT_UPDATE=1 cargo test --release --test integration scene"
     );
 }
 

@@ -1,10 +1,8 @@
 //! The options that say how far a fit can be trusted, as a user sees them: samples held out, resampled
 //! standard errors, other solvers.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout)]
 
-mod common;
-
+use crate::common::{Folder, Run, parse};
 use brdfit::fit::{Fit, Metric, Options, Uncertainty, fit};
 use brdfit::geometry::{Directions, Pair, direction};
 use brdfit::model::Expression;
@@ -13,7 +11,6 @@ use brdfit::progress::{Progress, Quiet};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times};
 use brdfit::solver::StopSignal;
 use brdfit::synthetic::{Noise, measurement};
-use common::{Folder, Run, parse};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;

@@ -1,7 +1,6 @@
 //! What the integration tests share: running the program, and finding the measured data.
 
-// Each test crate uses a part of this module only; a helper that fails fails its test.
-#![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
+#![allow(clippy::print_stderr)]
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;

@@ -1,13 +1,9 @@
 //! The corpus of broken inputs, tests/corpus: each is refused with exit code 2 and one line that helps, in little
 //! time and memory.
 
-// A broken expectation fails its test, which is what a panic is for here.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout)]
 
-mod common;
-
-use common::{Folder, merl_filled, merl_header};
+use crate::common::{Folder, merl_filled, merl_header};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,6 @@
 //! `brdfit tradeoff`: what it counts, the front, and the files that it writes.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-mod common;
-
-use common::{Folder, parse};
+use crate::common::{Folder, parse};
 use serde_json::Value;
 
 /// A synthetic GGX dielectric with a little noise.

@@ -1,13 +1,10 @@
 //! `brdfit select`: what a scene needs, and what it leaves behind.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-mod common;
-
+use crate::common::{Folder, shared};
 use brdfit::geometry::Geometry;
 use brdfit::image::{Image, differences};
 use brdfit::model::{Expression, LobeValues};
 use brdfit::scene::Scene;
-use common::{Folder, shared};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

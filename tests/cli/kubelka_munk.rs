@@ -1,13 +1,10 @@
 //! `brdfit kubelka-munk`: K and S from reflectances over known backings.
 //!
 //! The reflectances come from the formulas of Kubelka 1948 as printed, written here a second time.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
-mod common;
-
+use crate::common::{Folder, parse};
 use brdfit::drawdown::{Drawdown, Fitted, Patch, Series, Surface, fit};
 use brdfit::measurement::{Channel, Source};
-use common::Folder;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
@@ -230,7 +227,7 @@ fn command_line() {
     folder.write("card.csv", csv);
     let table = folder.brdfit("kubelka-munk card.csv --saunderson 0.04,0.596 -o report.json").good();
     assert!(table.stdout.contains("K/S") && table.stdout.contains("k2 = 0.5960"), "{}", table.stdout);
-    let report = common::parse(&folder.read("report.json"));
+    let report = parse(&folder.read("report.json"));
     assert_close("K", report["channels"][0]["k"]["value"].as_f64().unwrap(), 2.0, 1e-6);
     assert_eq!(report["channels"][0]["n"], 6);
     assert_eq!(report["channels"][0]["dof"], 4);

@@ -1,0 +1,26 @@
+//! Every integration test, in one program: twenty would each link the whole library. What it is about stands in the head of
+//! each module.
+
+// A broken expectation fails its test, which is what a panic is for here; indices are checked by tests.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+
+mod calibration;
+mod cli;
+mod coarse_to_fine;
+mod common;
+mod derivatives;
+mod doubt;
+mod extremes;
+mod formats;
+mod health;
+mod heightfield;
+mod image;
+mod models;
+mod nist;
+mod oracles;
+mod physics;
+mod properties;
+mod recovery;
+mod reference;
+mod scene;
+mod trust;
