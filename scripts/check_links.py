@@ -2,8 +2,8 @@
 """Checks that every relative link in the Markdown files leads somewhere, and that every path into docs/ exists.
 
 A link must name a file or folder of the repository, and its anchor (`page.md#a-heading`, `#a-heading`) a heading of that
-page. A path such as docs/use/fitting.md in the text of any file (a comment, a message, a script, a test) must exist, and
-docs/README.md must link to every page of docs/. Links to the web are not followed; links in code are not read.
+page. A path such as docs/use/fitting.md in the text of any file (a comment, a message, a script, a test) must exist, and so
+must a source file that a page names, such as `src/math/counted.rs`. docs/README.md must link to every page of docs/. Links to the web are not followed; links in code are not read.
 
     python3 scripts/check_links.py               exit code 1 and one line for each broken link, if there is any
     python3 scripts/check_links.py --self-test   checks this script on small made-up repositories
@@ -27,6 +27,8 @@ TARGET = re.compile(r"^\s{0,3}\[[^\]]+\]:\s+(\S+)")
 WEB = re.compile(r"^[a-z][a-z0-9+.-]*:", re.IGNORECASE)
 # A path from the repository's root: `docs/` that is not the tail of a longer path or an address.
 DOCS_PATH = re.compile(r"(?:(?<![\w./-])|(?<=\"/))docs/[\w./-]*\w")
+# A source file that a page names by its path from the root, such as `src/math/counted.rs`.
+SOURCE_PATH = re.compile(r"`((?:src|tests|scripts|benches|fuzz)/[\w./-]+\.(?:rs|py))`")
 
 
 def prose(text):
@@ -97,6 +99,10 @@ def complaints(root, files):
                     yield f"{name}:{number}: {problem}"
                 elif name == INDEX and (path := target.partition("#")[0]):
                     listed.add(((root / name).parent / path).resolve())
+            for number, line in prose(text):
+                for match in SOURCE_PATH.finditer(line):
+                    if not (root / match[1]).exists():
+                        yield f"{name}:{number}: {match[1]}: no such file"
         for number, line in enumerate(text.splitlines(), 1):
             for match in DOCS_PATH.finditer(line):
                 if not (root / match[0]).exists():
@@ -139,6 +145,11 @@ def self_test():
                 "src/x.rs": '//! docs/use/a.md, docs/b.md.\nlet p = concat!("x", "/docs/c.json"); // https://x.org/docs/d',
             },
             ["src/x.rs:1: docs/b.md: no such file", "src/x.rs:2: docs/c.json: no such file"],
+        ),
+        (
+            "source files that a page names",
+            {**index, "docs/use/a.md": "`src/x.rs` and `src/y.rs`, not `y.rs`", "src/x.rs": ""},
+            ["docs/use/a.md:1: src/y.rs: no such file"],
         ),
         ("each page is in the index", {**index, "docs/use/a.md": "", "docs/b.md": ""}, [f"{INDEX}: expected a link to docs/b.md"]),
         ("links stay inside", {**index, "docs/use/a.md": "[x](../../..)"}, ["docs/use/a.md:1: ../../..: outside the repository"]),
