@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Where in a file something is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Place {
     /// The file as a whole.
     File,
@@ -34,6 +35,7 @@ impl std::fmt::Display for Place {
 
 /// Everything that the library reports to its caller. Each message is one line.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
     #[error("{}: cannot {action}: {}", path.display(), plain(source))]

@@ -1,6 +1,7 @@
 //! The corpus of broken inputs, tests/corpus: each is refused with exit code 2 and one line that helps, in little
 //! time and memory.
 
+#![cfg(feature = "cli")]
 // A broken expectation fails its test, which is what a panic is for here.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout)]

@@ -1,6 +1,7 @@
 //! The command line as a user or a script sees it: arguments and files in, exit code, standard output,
 //! standard error and files out. The contract is docs/design.md, sections 5 and 6.
 
+#![cfg(feature = "cli")]
 // A broken expectation fails its test, which is what a panic is for here; indices are checked by tests.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout, clippy::print_stderr)]

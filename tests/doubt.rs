@@ -1,5 +1,6 @@
 //! What a fit says when the data are not what one would wish: outliers, directions that do not tell
 //! parameters apart, parameters at bounds, lobes that could change places.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 mod common;

@@ -1,5 +1,6 @@
 //! Measurements as functions of any pair of directions, against the models that they were made from and against
 //! themselves; from there to the bytes of an image.
+#![cfg(feature = "images")]
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -1,6 +1,7 @@
 //! `brdfit kubelka-munk`: K and S from reflectances over known backings.
 //!
 //! The reflectances come from the formulas of Kubelka 1948 as printed, written here a second time.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 mod common;

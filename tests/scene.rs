@@ -2,6 +2,7 @@
 //!
 //! The surface under the lights is Lambert's, f = kd/pi, so that every radiance has a closed form or a sum to compare with.
 
+#![cfg(feature = "images")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 #![allow(clippy::print_stdout, clippy::cast_precision_loss, clippy::cast_sign_loss)]
 

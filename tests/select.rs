@@ -1,4 +1,5 @@
 //! `brdfit select`: what a scene needs, and what it leaves behind.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 mod common;

@@ -1,4 +1,5 @@
 //! `brdfit tradeoff`: what it counts, the front, and the files that it writes.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 mod common;

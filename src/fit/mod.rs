@@ -21,6 +21,7 @@ pub use search::best_start::Start;
 pub use verdict::bootstrap::Resampled;
 pub use verdict::covariance::{Covariance, Method};
 pub use verdict::errors::{ErrorTable, Errors, score};
+pub use verdict::fitted_parameter::{FittedParameter, NoStandardError, ParameterState};
 pub use verdict::hold_out::{HeldOut, checked_fraction};
 pub use verdict::result::{Fit, Selection};
 pub use verdict::warning::Warning;

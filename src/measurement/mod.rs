@@ -3,6 +3,8 @@
 mod coverage;
 mod draws;
 pub mod formats;
+mod from_arrays;
+mod from_file;
 mod incidence;
 pub mod interpolant;
 pub mod merl_digests;
@@ -20,6 +22,7 @@ use std::path::PathBuf;
 
 /// One spectral band.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Channel {
     /// Name in reports; the wavelength in nm for spectral data.
     pub name: String,
@@ -50,6 +53,7 @@ impl Channel {
 
 /// Where a measurement came from.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Source {
     /// The file as the user named it.
     pub path: PathBuf,
@@ -59,11 +63,12 @@ pub struct Source {
     pub sha256: String,
 }
 
-/// A measured BRDF.
+/// A measured BRDF: from arrays by [`Measurement::new`], from a file by [`Measurement::read`].
 ///
 /// Values are f in 1/sr, per channel and sample, with `NaN` nowhere: cells that a table marks as invalid
 /// are counted in `dropped` and left out.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Measurement {
     /// Where it came from.
     pub source: Source,

@@ -4,9 +4,11 @@
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 use std::collections::BTreeMap;
+#[cfg(feature = "cli")]
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+#[cfg(feature = "cli")]
 use std::time::Duration;
 use tempfile::TempDir;
 
@@ -94,6 +96,7 @@ impl Folder {
     }
 
     /// Runs `brdfit` with these arguments in this folder.
+    #[cfg(feature = "cli")]
     pub fn run<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Run {
         let output = assert_cmd::Command::new(env!("CARGO_BIN_EXE_brdfit"))
             .current_dir(self.0.path())
@@ -111,6 +114,7 @@ impl Folder {
     }
 
     /// Runs `brdfit` with arguments as typed: split at blanks, single quotes keep blanks together.
+    #[cfg(feature = "cli")]
     pub fn brdfit(&self, line: &str) -> Run {
         self.run(typed(line))
     }
