@@ -76,7 +76,7 @@ impl Fit {
     /// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/satin-red-paint.csv");
     /// let fit = Fit::of(&Expression::parse("lambert + ward")?, &Measurement::read(path)?).run()?;
     /// let roughness = fit.parameter("m")?;
-    /// println!("{} +/- {:?}", roughness.value, roughness.std_error);
+    /// println!("{roughness}, which is {} +/- {:?}", roughness.value, roughness.std_error);
     /// # Ok::<(), brdfit::Error>(())
     /// ```
     pub fn of<'a>(model: &'a Expression, measurement: &'a Measurement) -> FitBuilder<'a> {

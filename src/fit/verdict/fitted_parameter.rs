@@ -2,6 +2,7 @@
 
 use super::result::Fit;
 use crate::error::{Error, listed};
+use crate::math::count;
 use crate::model::Unit;
 use crate::parameters::{ParameterRow, Selector, Status, channel_suffix};
 use std::fmt;
@@ -104,12 +105,11 @@ impl fmt::Display for FittedParameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = ", self.full_name())?;
         match (self.std_error, self.no_std_error) {
-            (Some(error), _) => {
-                // Two digits of the error, and the value to the same place.
-                let places = |first: f64| (1..=17).find(|n| first * 10_f64.powi(*n) >= 10.0).unwrap_or(17);
-                let places = usize::try_from(places(error)).unwrap_or_default();
-                write!(f, "{:.places$} +/- {error:.places$}", self.value)
-            }
+            // Two digits of the error, and the value to the same place.
+            (Some(error), _) => match (0..15).find(|places| error * 10_f64.powf(count(*places)) >= 10.0) {
+                Some(places) => write!(f, "{:.places$} +/- {error:.places$}", self.value),
+                None => write!(f, "{} +/- {error:.1e}", self.value),
+            },
             (None, Some(reason)) => write!(f, "{} ({reason})", self.value),
             (None, None) => write!(f, "{}", self.value),
         }
@@ -197,6 +197,37 @@ impl Fit {
             NoStandardError::Discarded
         } else {
             NoStandardError::NoNoise
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_written_to_two_digits_of_their_error() {
+        let parameter = |value, std_error: Option<f64>| FittedParameter {
+            lobe: "ward".to_owned(),
+            name: "ks",
+            channel: Some("700".to_owned()),
+            value,
+            unit: Unit::One,
+            std_error,
+            no_std_error: if std_error.is_none() { Some(NoStandardError::AtBound) } else { None },
+            ci95: None,
+            bounds: (0.0, 1.0),
+            initial: 0.5,
+            state: ParameterState::Free,
+        };
+        for (value, std_error, text) in [
+            (0.180_190_3, Some(0.000_170_7), "ward.ks[700] = 0.18019 +/- 0.00017"),
+            (123.456, Some(3.21), "ward.ks[700] = 123.5 +/- 3.2"),
+            (123.456, Some(32.1), "ward.ks[700] = 123 +/- 32"),
+            (0.5, Some(1.5e-18), "ward.ks[700] = 0.5 +/- 1.5e-18"),
+            (1.0, None, "ward.ks[700] = 1 (at a bound)"),
+        ] {
+            assert_eq!(parameter(value, std_error).to_string(), text);
         }
     }
 }
