@@ -116,12 +116,14 @@ pub(crate) fn plain(error: &std::io::Error) -> String {
 }
 
 /// A piece of a file as it may stand in a one-line message: short, without control characters, in quotes.
+#[doc(hidden)]
 #[must_use]
 pub fn excerpt(text: &str) -> String {
     format!("'{}'", short(text))
 }
 
 /// Like [`excerpt`], without the quotes.
+#[doc(hidden)]
 #[must_use]
 pub fn short(text: &str) -> String {
     /// Characters that are kept.
@@ -131,6 +133,7 @@ pub fn short(text: &str) -> String {
 }
 
 /// Names as a one-line message may list them: each as [`short`] has it, and the number of those that would make the list too long.
+#[doc(hidden)]
 #[must_use]
 pub fn listed<Name: AsRef<str>>(names: &[Name]) -> String {
     /// Bytes after which no further name is begun: all models with their parameters' names fit.

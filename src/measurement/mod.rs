@@ -7,11 +7,14 @@ mod from_arrays;
 mod from_file;
 mod incidence;
 pub mod interpolant;
+#[doc(hidden)]
 pub mod merl_digests;
 mod samples;
 
 pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
+#[doc(hidden)]
 pub use draws::Draws;
+#[doc(hidden)]
 pub use incidence::IncidenceGroups;
 pub use interpolant::Interpolant;
 pub use samples::{Filters, Samples, Weighting};
