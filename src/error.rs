@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Where in a file something is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Place {
     /// The file as a whole.
     File,
@@ -34,6 +35,7 @@ impl std::fmt::Display for Place {
 
 /// Everything that the library reports to its caller. Each message is one line.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
     #[error("{}: cannot {action}: {}", path.display(), plain(source))]
@@ -114,12 +116,14 @@ pub(crate) fn plain(error: &std::io::Error) -> String {
 }
 
 /// A piece of a file as it may stand in a one-line message: short, without control characters, in quotes.
+#[doc(hidden)]
 #[must_use]
 pub fn excerpt(text: &str) -> String {
     format!("'{}'", short(text))
 }
 
 /// Like [`excerpt`], without the quotes.
+#[doc(hidden)]
 #[must_use]
 pub fn short(text: &str) -> String {
     /// Characters that are kept.
@@ -129,6 +133,7 @@ pub fn short(text: &str) -> String {
 }
 
 /// Names as a one-line message may list them: each as [`short`] has it, and the number of those that would make the list too long.
+#[doc(hidden)]
 #[must_use]
 pub fn listed<Name: AsRef<str>>(names: &[Name]) -> String {
     /// Bytes after which no further name is begun: all models with their parameters' names fit.

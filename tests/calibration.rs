@@ -128,8 +128,8 @@ const CALIBRATED: usize = 2;
 
 fn run(data: &Measurement, expression: &Expression, settings: Settings, setup: &Setup) -> Fit {
     let quiet: Arc<dyn Progress> = Arc::new(Quiet);
-    let filters = Filters { weighting: Some(setup.weighting), ..Filters::default() };
-    let options = Options { metric: setup.metric, settings, filters, ..Options::default() };
+    let filters = Filters::default().with_weighting(setup.weighting);
+    let options = Options::default().with_metric(setup.metric).with_settings(settings).with_filters(filters);
     fit(data, expression, &options, &quiet).unwrap()
 }
 
@@ -181,7 +181,7 @@ fn truth(case: &Case, rng: &mut Pcg64Mcg) -> (ParameterTable, Measurement) {
         let directions = Directions::Scattered(scattered_directions(DIRECTIONS, MAX_THETA, rng.random()));
         let clean = measurement(&case.expression, &truth, directions, Noise::default(), 0);
         let far_from_bounds = |size: &Size| {
-            let data = Measurement { sigma: Some(size.sigma(&clean)), ..clean.clone() };
+            let data = clean.clone().with_sigma(size.sigma(&clean)).unwrap();
             let ideal = setup(*size, Metric::L2, Weighting::Sigma);
             let expected = run(&data, &case.expression, from_truth(case, &truth), &ideal).covariance;
             truth.free().iter().all(|index| {
@@ -204,11 +204,11 @@ fn one_set(case: &Case, number: u64, setups: &[Setup]) -> Verdicts {
     let (truth, clean) = truth(case, &mut rng);
     let mut noisy = |size: Size| {
         let sigma = size.sigma(&clean);
-        let mut values = clean.values.clone();
-        for (value, sigma) in values.iter_mut().flatten().zip(sigma.iter().flatten()) {
+        let mut noisy = clean.clone();
+        for (value, sigma) in noisy.values.iter_mut().flatten().zip(sigma.iter().flatten()) {
             *value += sigma * rng.sample::<f64, _>(StandardNormal);
         }
-        Measurement { values, sigma: Some(sigma), ..clean.clone() }
+        noisy.with_sigma(sigma).unwrap()
     };
     let (known, equal) = (noisy(Size::Known), noisy(Size::Equal));
     let of_setup = |(position, setup): (usize, &Setup)| {
@@ -323,7 +323,7 @@ fn intervals_hold_the_truth_ten_thousand_times() {
 fn linear_problem(data: &Measurement, weighting: Weighting) -> (DMatrix<f64>, DVector<f64>) {
     let expression = Expression::parse("lambert + cook-torrance").unwrap();
     let mut table = ParameterTable::new(&expression, &["r".into(), "g".into()], true, &linear()).unwrap();
-    let filters = Filters { weighting: Some(weighting), ..Filters::default() };
+    let filters = Filters::default().with_weighting(weighting);
     let samples = Samples::select(data, &filters).unwrap();
     let mut value_at = |parameters: [f64; 3], channel: usize| -> Vec<f64> {
         for (index, value) in table.free().to_vec().into_iter().zip(parameters) {

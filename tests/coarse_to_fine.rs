@@ -65,7 +65,7 @@ fn scattered_samples_in_every_metric() {
     let data = data("lambert + cook-torrance(d=beckmann)", scattered());
     for metric in Metric::ALL {
         // Not the model that made the data: residuals stay, and are curved.
-        let options = Options { metric, ..Options::default() };
+        let options = Options::default().with_metric(metric);
         ends_at_the_same_minimum(&data, "lambert + cook-torrance(d=ggx)", &options);
     }
 }
@@ -79,7 +79,7 @@ fn a_full_grid() {
 #[test]
 fn a_robust_loss() {
     let data = data("lambert + cook-torrance(d=beckmann)", scattered());
-    let options = Options { loss: LossKind::Huber, ..Options::default() };
+    let options = Options::default().with_loss(LossKind::Huber);
     ends_at_the_same_minimum(&data, "lambert + cook-torrance(d=ggx)", &options);
 }
 

@@ -303,7 +303,8 @@ fn gradient_of_the_cost() {
         let noise = Noise { relative: 0.1, absolute: 1e-3 };
         let measured = measurement(&expression, &truth, directions, noise, 5);
         for weighting in [None, Some(brdfit::measurement::Weighting::Sigma)] {
-            let filters = Filters { weighting, ..Filters::default() };
+            let mut filters = Filters::default();
+            filters.weighting = weighting;
             let samples = Samples::select(&measured, &filters).unwrap();
             for metric in Metric::ALL {
                 let problem = ReflectanceProblem::new(&expression, &samples, truth.clone(), metric);

@@ -20,8 +20,8 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-const CENTER: ReadOptions = ReadOptions { merl_bins: BinPosition::Center };
-const EDGE: ReadOptions = ReadOptions { merl_bins: BinPosition::Edge };
+const CENTER: ReadOptions = ReadOptions::new();
+const EDGE: ReadOptions = ReadOptions::new().with_merl_bins(BinPosition::Edge);
 
 /// Reads bytes in the format of that name.
 fn parse(format: &str, bytes: &[u8], options: &ReadOptions) -> Result<Measurement, Error> {
@@ -123,7 +123,7 @@ fn sigma_columns() {
     // Zero is a statement (perhaps of missing knowledge), but no weight.
     let m = parsed("csv", "theta_i,phi_i,theta_o,phi_o,f,sigma\n1,2,3,4,5,0\n");
     assert_eq!(m.sigma, Some(vec![vec![0.0]]));
-    let filters = Filters { weighting: Some(Weighting::Sigma), ..Filters::default() };
+    let filters = Filters::default().with_weighting(Weighting::Sigma);
     assert!(Samples::select(&m, &filters).is_err());
     assert!(Samples::select(&m, &Filters::default()).is_ok());
 }

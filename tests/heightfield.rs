@@ -33,11 +33,8 @@ fn traced(kind: Kind, m: f64, angles: &[f64], seed: u64) -> Simulated {
 }
 
 fn fitted(data: &Simulated, model: &str) -> Fit {
-    let options = Options {
-        metric: Metric::L2,
-        filters: Filters { weighting: Some(Weighting::Sigma), ..Filters::default() },
-        ..Options::default()
-    };
+    let filters = Filters::default().with_weighting(Weighting::Sigma);
+    let options = Options::default().with_metric(Metric::L2).with_filters(filters);
     let quiet: Arc<dyn Progress> = Arc::new(Quiet);
     let result = fit(&data.measurement, &Expression::parse(model).unwrap(), &options, &quiet).unwrap();
     assert!(result.unusable.is_none(), "{:?}", result.unusable);

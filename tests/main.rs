@@ -5,15 +5,18 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
 mod calibration;
+#[cfg(feature = "cli")]
 mod cli;
 mod coarse_to_fine;
 mod common;
 mod derivatives;
+#[cfg(feature = "cli")]
 mod doubt;
 mod extremes;
 mod formats;
 mod health;
 mod heightfield;
+#[cfg(feature = "images")]
 mod image;
 mod models;
 mod nist;
@@ -22,5 +25,7 @@ mod physics;
 mod properties;
 mod recovery;
 mod reference;
+#[cfg(feature = "images")]
 mod scene;
+#[cfg(feature = "cli")]
 mod trust;

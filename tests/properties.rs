@@ -9,12 +9,11 @@ use brdfit::drawdown;
 use brdfit::fit::{Options, evaluate};
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair, direction};
 use brdfit::measurement::formats::{File, ReadOptions, csv, merl, read_file};
-use brdfit::measurement::{Channel, Measurement, Source};
+use brdfit::measurement::{Channel, Measurement};
 use brdfit::model::{Expression, REGISTRY};
 use brdfit::parameters::{Selector, Setting};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, schema};
 use proptest::prelude::*;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -102,14 +101,13 @@ fn measurements() -> impl Strategy<Value = Measurement> {
         let values = rows(number.clone().boxed());
         let sigma = rows((0.0..10.0).boxed()).prop_map(move |sigma| with_sigma.then_some(sigma));
         let pairs = prop::collection::vec(pair.clone(), samples);
-        (Just(names), pairs, values, sigma).prop_map(|(names, pairs, values, sigma)| Measurement {
-            source: Source::default(),
-            channels: names.iter().map(|name| Channel::named(name)).collect(),
-            directions: Directions::Scattered(pairs),
-            values,
-            sigma,
-            dropped: BTreeMap::new(),
-            doubts: Vec::new(),
+        (Just(names), pairs, values, sigma).prop_map(|(names, pairs, values, sigma)| {
+            let channels = names.into_iter().zip(values);
+            let measurement = Measurement::new(Directions::Scattered(pairs), channels).unwrap();
+            match sigma {
+                Some(sigma) => measurement.with_sigma(sigma).unwrap(),
+                None => measurement,
+            }
         })
     })
 }
@@ -223,10 +221,8 @@ proptest! {
     #[test]
     fn reports_are_read_back(m in measurements(), kd in 0.0..2.0) {
         let expression = Expression::parse("lambert").unwrap();
-        let options = Options {
-            settings: vec![(Selector::parse("kd").unwrap(), Setting::Set(kd))],
-            ..Options::default()
-        };
+        let set = (Selector::parse("kd").unwrap(), Setting::Set(kd));
+        let options = Options::default().with_settings(vec![set]);
         let Ok(fit) = evaluate(&m, &expression, &options) else { return Ok(()) };
         let circumstances = Circumstances {
             metric: options.metric,

@@ -147,10 +147,10 @@ fn run(case: &Case, sets: usize, on_grid: bool, noise: Noise, check: impl Fn(&st
         }
         let truth = truth(case, &channels, on_grid, &settings, &mut rng);
         let data = measurement(&case.expression, &truth, directions(on_grid, seed), noise, seed);
-        let mut options = Options { settings, ..Options::default() };
+        let mut options = Options::default().with_settings(settings);
         if noise.any() {
             options.metric = Metric::L2;
-            options.filters = Filters { weighting: Some(Weighting::Sigma), ..Filters::default() };
+            options.filters = Filters::default().with_weighting(Weighting::Sigma);
         }
         let result = fit(&data, &case.expression, &options, &quiet).unwrap();
         let wanted: Vec<String> =

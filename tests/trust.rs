@@ -308,11 +308,8 @@ fn resampling_stops_when_told() {
     // The flag is looked at between batches: a few more fits may be made than those asked for.
     for (after, wanted) in [(10, None), (90, Some(90..200)), (1000, Some(200..201))] {
         let stop = StopSignal::default();
-        let options = Options {
-            uncertainty: Uncertainty::BlockBootstrap,
-            stop: Some(Arc::clone(&stop)),
-            ..Options::default()
-        };
+        let options =
+            Options::default().with_uncertainty(Uncertainty::BlockBootstrap).with_stop(Arc::clone(&stop));
         let progress: Arc<dyn Progress> =
             Arc::new(Impatient { stop, resampling: AtomicBool::new(false), after });
         let result = fit(&data, &expression, &options, &progress).unwrap();
@@ -391,7 +388,8 @@ impl Study {
                 angle.iter_mut().for_each(|f| *f *= factor);
             }
             [Uncertainty::Formula, Uncertainty::BlockBootstrap].map(|uncertainty| {
-                let options = Options { uncertainty, seed, metric: self.metric, ..Options::default() };
+                let options =
+                    Options::default().with_uncertainty(uncertainty).with_seed(seed).with_metric(self.metric);
                 let result: Fit = fit(&data, &expression, &options, &quiet).unwrap();
                 let circumstances = Circumstances {
                     metric: self.metric,

@@ -81,7 +81,9 @@ pub fn directions(n: usize) -> Directions {
 /// A measurement in scattered directions, without standard deviations: samples count alike.
 pub fn scattered(expression: &Expression, samples: usize, channels: usize) -> Measurement {
     let table = parameters(expression, channels, false);
-    Measurement { sigma: None, ..measurement(expression, &table, directions(samples), NOISE, 1) }
+    let mut measured = measurement(expression, &table, directions(samples), NOISE, 1);
+    measured.sigma = None;
+    measured
 }
 
 /// A full table of a satin material.

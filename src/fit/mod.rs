@@ -9,18 +9,28 @@ mod search;
 mod task;
 mod verdict;
 
-pub use budget::{checked_target, fit_to_target, fit_within};
+#[doc(hidden)]
+pub use budget::checked_target;
+pub use budget::{fit_to_target, fit_within};
 pub(crate) use image::fit_image;
 pub use options::{Budget, Options, Uncertainty};
-pub use problem::loss::{LossKind, Objective};
+pub use problem::loss::LossKind;
+#[doc(hidden)]
+pub use problem::loss::Objective;
 pub use problem::metric::Metric;
 pub(crate) use problem::pixels::{Shown, Target};
+#[doc(hidden)]
 pub use problem::reflectance::ReflectanceProblem;
 pub use run::{evaluate, fit};
 pub use search::best_start::Start;
 pub use verdict::bootstrap::Resampled;
 pub use verdict::covariance::{Covariance, Method};
-pub use verdict::errors::{ErrorTable, Errors, score};
-pub use verdict::hold_out::{HeldOut, checked_fraction};
+#[doc(hidden)]
+pub use verdict::errors::score;
+pub use verdict::errors::{ErrorTable, Errors};
+pub use verdict::fitted_parameter::{FittedParameter, NoStandardError, ParameterState};
+pub use verdict::hold_out::HeldOut;
+#[doc(hidden)]
+pub use verdict::hold_out::checked_fraction;
 pub use verdict::result::{Fit, Selection};
 pub use verdict::warning::Warning;

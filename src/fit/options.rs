@@ -2,13 +2,22 @@
 
 use super::problem::loss::LossKind;
 use super::problem::metric::Metric;
+use crate::error::Error;
 use crate::measurement::Filters;
 use crate::parameters::Settings;
 use crate::solver::{Limits, Observer, SolverKind, StopSignal};
 use std::time::Instant;
 
-/// What to fit and how.
+/// How a fit is made. The defaults are those of the command line; each `with_` method changes one of them.
+///
+/// ```
+/// use brdfit::{Filters, Metric, Options};
+///
+/// let options = Options::default().with_metric(Metric::Log).with_filters(Filters::default().with_max_theta_deg(70.0));
+/// assert_eq!((options.metric, options.filters.max_theta_deg), (Metric::Log, 70.0));
+/// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Options {
     /// What the residuals are differences of.
     pub metric: Metric,
@@ -37,6 +46,100 @@ pub struct Options {
 }
 
 impl Options {
+    /// Minimises the differences in this metric; [`Metric::Cbrt`] by default.
+    #[must_use]
+    pub fn with_metric(self, metric: Metric) -> Self {
+        Self { metric, ..self }
+    }
+
+    /// Down-weights residuals that are far larger than the others; [`LossKind::None`], least squares, by default.
+    #[must_use]
+    pub fn with_loss(self, loss: LossKind) -> Self {
+        Self { loss, ..self }
+    }
+
+    /// Down-weights residuals from this size on, from 1e-100 to 1e100 in units of the residual; by default the scale is
+    /// estimated from the residuals. It has no effect on least squares.
+    #[must_use]
+    pub fn with_loss_scale(self, scale: f64) -> Self {
+        Self { loss_scale: Some(scale), ..self }
+    }
+
+    /// Fits the samples that pass these filters.
+    #[must_use]
+    pub fn with_filters(self, filters: Filters) -> Self {
+        Self { filters, ..self }
+    }
+
+    /// Constrains parameters, in place of any constraints given before.
+    #[must_use]
+    pub fn with_settings(self, settings: Settings) -> Self {
+        Self { settings, ..self }
+    }
+
+    /// Makes all random draws from this seed, which is 0 by default. The same seed gives the same result.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// Leaves this fraction of the angles of incidence out of the fit and reports the errors on them: more than 0 and less
+    /// than 1, 0.2 is common. By default all are fitted.
+    #[must_use]
+    pub fn with_hold_out(self, fraction: f64) -> Self {
+        Self { hold_out: Some(fraction), ..self }
+    }
+
+    /// Takes standard errors from this source; [`Uncertainty::Formula`] by default.
+    #[must_use]
+    pub fn with_uncertainty(self, uncertainty: Uncertainty) -> Self {
+        Self { uncertainty, ..self }
+    }
+
+    /// Makes the final fit with this optimiser. The default is the one to use.
+    #[must_use]
+    pub fn with_solver(self, solver: SolverKind) -> Self {
+        Self { solver, ..self }
+    }
+
+    /// Ends the final fit after this many iterations, 300 by default. Few fits take more than 20.
+    #[must_use]
+    pub fn with_iterations(self, iterations: u64) -> Self {
+        Self { iterations, ..self }
+    }
+
+    /// Stops with the best parameters so far once another thread sets this signal to true.
+    #[must_use]
+    pub fn with_stop(self, stop: StopSignal) -> Self {
+        Self { stop: Some(stop), ..self }
+    }
+
+    /// Stops with the best parameters so far at this moment.
+    #[must_use]
+    pub fn with_deadline(self, deadline: Instant) -> Self {
+        Self { deadline: Some(deadline), ..self }
+    }
+
+    /// Checks what has a range.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the option that is out of its range.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let max_theta = self.filters.max_theta_deg;
+        if !(max_theta > 0.0 && max_theta <= 90.0) {
+            return Err(Error::Usage(format!(
+                "largest angle: expected more than 0 and at most 90 degrees, found {max_theta}"
+            )));
+        }
+        // The square of the scale, and that of a residual in its unit, must remain numbers.
+        match self.loss_scale {
+            Some(scale) if !(1e-100..=1e100).contains(&scale) => {
+                Err(Error::Usage(format!("scale of the loss: expected 1e-100 to 1e100, found {scale}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// When a minimisation under these options ends besides by convergence.
     pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
         Limits { iterations, stop: self.stop.clone(), deadline: self.deadline, observer }
@@ -64,6 +167,7 @@ impl Default for Options {
 
 /// Where standard errors come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Uncertainty {
     /// From the linear model at the optimum, for independent samples.
     #[default]
@@ -86,6 +190,7 @@ impl Uncertainty {
 /// How many samples a fit may use and how many iterations it may take. docs/use/tradeoff.md has what each costs and leaves in
 /// error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Budget {
     /// 2000 samples, 60 iterations.
     Fast,

@@ -94,6 +94,7 @@ impl Task<'_> {
         let remembered = Remembered::new(problem);
         let (start, passes) = match solver {
             SolverKind::LevenbergMarquardt => self.coarse_to_fine(&remembered, start, FINAL.cost)?,
+            #[cfg(feature = "solvers")]
             _ => (start, 0),
         };
 
@@ -126,6 +127,7 @@ fn prepare(
     expression: &Expression,
     options: &Options,
 ) -> Result<(Samples, ParameterTable), Error> {
+    options.check()?;
     let samples = Samples::select(measurement, &options.filters)?;
     let names: Vec<String> = measurement.channels.iter().map(|channel| channel.name.clone()).collect();
     let table = ParameterTable::new(expression, &names, measurement.directions.is_grid(), &options.settings)?;

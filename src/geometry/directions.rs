@@ -1,6 +1,7 @@
 //! Where a measurement was taken: scattered pairs of directions or cells of a grid.
 
 use super::{BLOCK, Block, Geometry, HalfDifferenceGrid, Pair};
+use crate::error::Error;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -39,6 +40,52 @@ pub enum Directions {
 }
 
 impl Directions {
+    /// Scattered pairs of directions, each from its angles `[theta_i, phi_i, theta_o, phi_o]` in degrees: polar angles from
+    /// -90 to 90 from the normal, and azimuths. A negative polar angle is on the other side of the normal.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the first angle that is not finite, or is below the horizon.
+    pub fn from_degrees(angles: impl IntoIterator<Item = [f64; 4]>) -> Result<Self, Error> {
+        const NAMES: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
+        let mut pairs = Vec::new();
+        for (index, angles) in angles.into_iter().enumerate() {
+            for (name, angle) in NAMES.iter().zip(angles) {
+                let most = if name.starts_with("theta") { 90.0 } else { f64::MAX };
+                if angle.is_nan() || angle.abs() > most {
+                    let expected = if most == 90.0 { "at most 90 degrees" } else { "a finite angle" };
+                    return Err(Error::Usage(format!(
+                        "directions: expected {expected}, found {name} = {angle} in pair {}",
+                        index + 1
+                    )));
+                }
+            }
+            let [theta_i, phi_i, theta_o, phi_o] = angles.map(f64::to_radians);
+            pairs.push(Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) });
+        }
+        Ok(Self::Scattered(pairs))
+    }
+
+    /// Scattered pairs of directions: vectors to the light and to the viewer in the local frame, whose z is the normal. They
+    /// need not be unit.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] naming the first vector that is not finite, is 0, or points below the horizon.
+    pub fn from_vectors(vectors: impl IntoIterator<Item = (DVec3, DVec3)>) -> Result<Self, Error> {
+        let mut pairs = Vec::new();
+        for (index, (wi, wo)) in vectors.into_iter().enumerate() {
+            for (name, v) in [("wi", wi), ("wo", wo)] {
+                if v.try_normalize().is_none() || v.z < 0.0 {
+                    return Err(Error::Usage(format!(
+                        "directions: expected a vector above the horizon, found {name} = {v} in pair {}",
+                        index + 1
+                    )));
+                }
+            }
+            pairs.push(Pair { wi: wi.normalize(), wo: wo.normalize() });
+        }
+        Ok(Self::Scattered(pairs))
+    }
+
     /// How many samples there are.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -130,6 +177,25 @@ mod tests {
             }
             assert_relative_eq!(g.cos_d, again.cos_d, epsilon = 1e-14);
             assert_relative_eq!(DVec3::from_array(g.wi).length(), 1.0, epsilon = 1e-14);
+        }
+    }
+
+    #[test]
+    fn directions_from_arrays() {
+        let from_degrees = |angles: [f64; 4]| Directions::from_degrees([angles]);
+        let across = from_degrees([-30.0, 0.0, 90.0, 45.0]).unwrap().iter().next().unwrap();
+        assert_relative_eq!(across.wi[0], -0.5, epsilon = 1e-15);
+        assert!(
+            from_degrees([91.0, 0.0, 0.0, 0.0]).unwrap_err().to_string().contains("theta_i = 91 in pair 1")
+        );
+        assert!(from_degrees([0.0, 0.0, f64::NAN, 0.0]).is_err());
+        assert!(from_degrees([0.0, f64::INFINITY, 0.0, 0.0]).is_err());
+
+        let from_vectors = |wi: DVec3| Directions::from_vectors([(wi, DVec3::Z)]);
+        let oblique = from_vectors(DVec3::new(3.0, 0.0, 4.0)).unwrap().iter().next().unwrap();
+        assert_relative_eq!(oblique.wi[2], 0.8, epsilon = 1e-15);
+        for wrong in [DVec3::ZERO, DVec3::NAN, -DVec3::Z] {
+            assert!(from_vectors(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -13,6 +13,7 @@ mod directions;
 mod half_difference;
 mod pair;
 
+#[doc(hidden)]
 pub use block::{BLOCK, Block, Row};
 pub(crate) use directions::gather;
 pub use directions::{Directions, direction, spherical_degrees};

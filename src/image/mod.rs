@@ -11,6 +11,7 @@
 mod colour;
 mod difference;
 mod target;
+#[cfg(feature = "images")]
 mod write;
 
 pub use colour::{Route, ToRgb, luminance};
@@ -18,6 +19,7 @@ pub use difference::{
     DeltaE2000, Differences, absolute_difference, ciede2000, delta_e_2000, differences, exposure, lab,
 };
 pub(crate) use target::ColourTarget;
+#[cfg(feature = "images")]
 pub use write::{exr, false_colour, png, side_by_side};
 
 use crate::error::Error;

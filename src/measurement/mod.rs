@@ -3,13 +3,18 @@
 mod coverage;
 mod draws;
 pub mod formats;
+mod from_arrays;
+mod from_file;
 mod incidence;
 pub mod interpolant;
+#[doc(hidden)]
 pub mod merl_digests;
 mod samples;
 
 pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
+#[doc(hidden)]
 pub use draws::Draws;
+#[doc(hidden)]
 pub use incidence::IncidenceGroups;
 pub use interpolant::Interpolant;
 pub use samples::{Filters, Samples, Weighting};
@@ -20,6 +25,7 @@ use std::path::PathBuf;
 
 /// One spectral band.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Channel {
     /// Name in reports; the wavelength in nm for spectral data.
     pub name: String,
@@ -50,6 +56,7 @@ impl Channel {
 
 /// Where a measurement came from.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Source {
     /// The file as the user named it.
     pub path: PathBuf,
@@ -59,11 +66,12 @@ pub struct Source {
     pub sha256: String,
 }
 
-/// A measured BRDF.
+/// A measured BRDF: from arrays by [`Measurement::new`], from a file by [`Measurement::read`].
 ///
 /// Values are f in 1/sr, per channel and sample, with `NaN` nowhere: cells that a table marks as invalid
 /// are counted in `dropped` and left out.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Measurement {
     /// Where it came from.
     pub source: Source,

@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 /// How samples are weighted against each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Weighting {
     /// By the solid angle that a grid cell stands for.
     SolidAngle,
@@ -33,8 +34,9 @@ impl Weighting {
     }
 }
 
-/// Which samples count, and how much.
+/// Which samples count, and how much. The defaults are those of the command line; each `with_` method changes one of them.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Filters {
     /// Largest angle of incidence and of viewing, degrees, inclusive.
     pub max_theta_deg: f64,
@@ -44,6 +46,33 @@ pub struct Filters {
     pub samples: Option<usize>,
     /// Seed of the draw.
     pub seed: u64,
+}
+
+impl Filters {
+    /// Leaves out directions whose angle of incidence or of viewing is larger: more than 0 and at most 90 degrees, by default
+    /// 80. Most instruments are unreliable beyond.
+    #[must_use]
+    pub fn with_max_theta_deg(self, max_theta_deg: f64) -> Self {
+        Self { max_theta_deg, ..self }
+    }
+
+    /// Weights the samples in this way; by default by solid angle on a half/difference grid, uniformly elsewhere.
+    #[must_use]
+    pub fn with_weighting(self, weighting: Weighting) -> Self {
+        Self { weighting: Some(weighting), ..self }
+    }
+
+    /// Uses this many samples at most, drawn evenly; by default all.
+    #[must_use]
+    pub fn with_samples(self, samples: usize) -> Self {
+        Self { samples: Some(samples), ..self }
+    }
+
+    /// Draws samples from this seed, which is 0 by default.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
 }
 
 impl Default for Filters {
@@ -76,8 +105,10 @@ impl Samples {
     /// The samples of `measurement` that pass `filters`.
     ///
     /// # Errors
-    /// [`Error::NoSamples`] if none does; [`Error::Usage`] for weights that the data cannot give.
+    /// [`Error::NoSamples`] if none does; [`Error::Usage`] for weights that the data cannot give, and for a measurement whose
+    /// channels have another number of values than there are directions.
     pub fn select(measurement: &Measurement, filters: &Filters) -> Result<Self, Error> {
+        measurement.check_lengths()?;
         let grid = measurement.directions.is_grid();
         let weighting =
             filters.weighting.unwrap_or(if grid { Weighting::SolidAngle } else { Weighting::Uniform });

@@ -21,6 +21,7 @@ mod expression;
 mod parameter;
 mod part;
 mod part_block;
+#[doc(hidden)]
 pub mod parts;
 mod point_evaluation;
 mod product;
@@ -29,18 +30,26 @@ mod registry;
 mod values;
 mod zoo;
 
-pub use choices::{Choices, ModelOption};
+#[doc(hidden)]
+pub use choices::Choices;
+pub use choices::ModelOption;
+#[doc(hidden)]
 pub use evaluation::BasisBlock;
 pub use expression::{Expression, Lobe, LobeValues};
 pub use parameter::{ParamSpec, Role, Scale, Sharing, Sharper, Unit};
+#[doc(hidden)]
 pub use part::{Derivatives, Kernel, Part, PreparedBy, Visitor};
 pub(crate) use part::{Reshape, Reshaped};
-pub use registry::{AnyModel, LobeCoefficients, ModelEntry, REGISTRY};
+#[doc(hidden)]
+pub use registry::LobeCoefficients;
+pub use registry::{AnyModel, ModelEntry, REGISTRY};
+#[doc(hidden)]
 pub use values::Values;
 
 use crate::math::Scalar;
 
 /// One reflectance lobe. See the module documentation for the form.
+#[doc(hidden)]
 pub trait Model: Sized {
     /// A coefficient for every basis function.
     type Coefficients<T: Scalar>: AsRef<[T]>;

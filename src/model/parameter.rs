@@ -2,6 +2,7 @@
 
 /// The unit that a parameter is given and reported in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Unit {
     /// Dimensionless.
     One,

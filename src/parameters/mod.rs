@@ -13,5 +13,7 @@ mod table;
 pub use row::{ParameterRow, ParameterValue, Status};
 pub use selector::{Selector, Setting, Settings, channel_suffix};
 pub use settings::{SettingTexts, ranges, values};
-pub use table::{ParameterTable, Product};
+pub use table::ParameterTable;
+#[doc(hidden)]
+pub use table::Product;
 pub(crate) use table::{differ, shapes_differ};

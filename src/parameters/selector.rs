@@ -86,6 +86,7 @@ impl fmt::Display for Selector {
 
 /// One constraint on a parameter.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Setting {
     /// Keep at a value.
     Fix(f64),

@@ -306,6 +306,26 @@ impl ParameterTable {
         }
     }
 
+    /// The name of a row's lobe.
+    pub(crate) fn lobe_name(&self, row: &ParameterRow) -> &str {
+        &self.lobes[row.lobe]
+    }
+
+    /// The name of a row's channel; `None` if the channels share it.
+    pub(crate) fn channel_name(&self, row: &ParameterRow) -> Option<&str> {
+        row.channel.map(|channel| self.channels[channel].as_str())
+    }
+
+    /// The rows that a selector names, at least one, with their indices.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if it names none, or parameters of several lobes.
+    pub(crate) fn rows_named(&self, selector: &Selector) -> Result<Vec<(usize, &ParameterRow)>, Error> {
+        let mut specs = vec![Vec::new(); self.lobes.len()];
+        self.rows.iter().for_each(|row| specs[row.lobe].push(row.spec.clone()));
+        Ok(self.matching(selector, &specs)?.into_iter().map(|index| (index, &self.rows[index])).collect())
+    }
+
     /// Every parameter by its full name.
     #[must_use]
     pub fn parameter_values(&self) -> Vec<ParameterValue> {

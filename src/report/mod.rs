@@ -14,6 +14,7 @@ mod text;
 pub use read::{Recorded, is_report, read};
 pub use text::{table, warnings};
 
+use crate::error::Error;
 use crate::fit::{Errors, Fit, HeldOut, Metric, Resampled};
 use crate::measurement::Measurement;
 use crate::model::Expression;
@@ -478,6 +479,16 @@ impl Report {
         }
     }
 
+    /// The report as JSON, which docs/use/report.md describes: what `brdfit fit` writes.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if it cannot be written, which is a defect.
+    pub fn to_json(&self) -> Result<String, Error> {
+        let text = serde_json::to_string_pretty(self);
+        text.map(|text| text + "\n")
+            .map_err(|e| Error::Usage(format!("the report cannot be written as JSON: {e}")))
+    }
+
     /// The error in the metric that was fitted.
     #[must_use]
     pub fn fitted_error(&self) -> f64 {
@@ -534,18 +545,14 @@ impl Reports {
 }
 
 fn parameter(fit: &Fit, index: usize, row: &ParameterRow, channels: &[String]) -> Parameter {
-    let std_error = fit.covariance.as_ref().and_then(|c| c.std_error(index));
     Parameter {
         lobe: fit.table.lobes()[row.lobe].clone(),
         name: row.spec.name,
         channel: row.channel.map(|channel| channels[channel].clone()),
         value: row.value,
         unit: row.spec.unit.symbol(),
-        std_error,
-        ci95: match &fit.resampled {
-            None => interval(fit, row.value, std_error),
-            Some(resampled) => std_error.and_then(|_| resampled.interval(index)),
-        },
+        std_error: fit.std_error(index),
+        ci95: fit.ci95(index),
         bounds: [row.bounds.0, row.bounds.1],
         initial: row.initial,
         status: match row.status {
@@ -556,11 +563,6 @@ fn parameter(fit: &Fit, index: usize, row: &ParameterRow, channels: &[String]) -
             Status::Free => "free",
         },
     }
-}
-
-fn interval(fit: &Fit, value: f64, std_error: Option<f64>) -> Option<[f64; 2]> {
-    let quantile = fit.covariance.as_ref()?.quantile;
-    std_error.map(|error| [value - quantile * error, value + quantile * error])
 }
 
 /// The products that lobes declare, where both factors are fitted.
@@ -610,7 +612,8 @@ fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
         let (std_error, ci95) = std_error.and_then(|_| resampled.product(a, b)).unzip();
         return Some(Estimate { value, std_error, ci95 });
     }
-    Some(Estimate { value, std_error, ci95: interval(fit, value, std_error) })
+    let ci95 = std_error.and_then(|error| fit.interval(value, error));
+    Some(Estimate { value, std_error, ci95 })
 }
 
 fn correlation(fit: &Fit) -> Option<Correlation> {

@@ -13,20 +13,27 @@
 //! carries its pixel's colour: L/(n pdf), with pdf the pixel's mean over the map's power.
 
 use super::lights::{Lamp, lattice, sky};
-use crate::error::{Error, Place, short};
+#[cfg(feature = "images")]
+use crate::error::short;
+use crate::error::{Error, Place};
 use crate::math::count;
+#[cfg(feature = "images")]
 use exr::meta::MetaData;
+#[cfg(feature = "images")]
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, read};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
+#[cfg(feature = "images")]
 use std::io::Cursor;
 use std::path::Path;
 
 /// The most bytes of a file.
 pub(super) const MOST_BYTES: u64 = 128 << 20;
 /// The most pixels.
+#[cfg(feature = "images")]
 const MOST_PIXELS: usize = 4096 * 2048;
 /// The most channels, others than red, green and blue among them.
+#[cfg(feature = "images")]
 const MOST_CHANNELS: usize = 32;
 
 /// Radiance by row and column.
@@ -108,7 +115,15 @@ fn cumulative(map: &Map, row: usize) -> Vec<f64> {
     sums.collect()
 }
 
+/// The image, which a build without the feature `images` cannot read.
+#[cfg(not(feature = "images"))]
+fn map(_: &[u8], path: &Path) -> Result<Map, Error> {
+    let expected = "no environment map in a build without the feature `images`";
+    Err(Error::malformed(path, Place::File, expected, "one"))
+}
+
 /// The image, refused before much memory is taken if it is too large.
+#[cfg(feature = "images")]
 fn map(bytes: &[u8], path: &Path) -> Result<Map, Error> {
     let wrong = |expected: String, found: String| Error::malformed(path, Place::File, expected, found);
     let refused = |error: exr::error::Error| {

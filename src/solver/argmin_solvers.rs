@@ -13,8 +13,7 @@
 //! The best point that any of them has evaluated is the result, so that none makes the start worse.
 
 use super::least_squares::{LeastSquares, Linearisation};
-use super::levenberg_marquardt::minimise;
-use super::termination::{Limits, Observer, Solution, Termination, Tolerances};
+use super::termination::{Limits, Observer, Solution, Termination};
 use crate::error::Error;
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{
@@ -31,12 +30,9 @@ use rand_pcg::Pcg64Mcg;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::cell::RefCell;
 
-/// What minimises the cost in the final fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum SolverKind {
-    /// Our own, for least squares within bounds.
-    #[default]
-    LevenbergMarquardt,
+/// Which of argmin's solvers minimises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ArgminSolver {
     /// Limited-memory quasi-Newton: the gradient alone.
     LBfgs,
     /// A simplex: no derivatives.
@@ -45,22 +41,11 @@ pub enum SolverKind {
     ParticleSwarm,
 }
 
-impl SolverKind {
-    /// Name on the command line and in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::LevenbergMarquardt => "levenberg-marquardt",
-            Self::LBfgs => "l-bfgs",
-            Self::NelderMead => "nelder-mead",
-            Self::ParticleSwarm => "particle-swarm",
-        }
-    }
-
+impl ArgminSolver {
     /// Iterations that take about as long as `wanted` of Levenberg-Marquardt are worth, for `n` parameters.
     fn iterations(self, wanted: u64, n: usize) -> u64 {
         match self {
-            Self::LevenbergMarquardt | Self::ParticleSwarm => wanted,
+            Self::ParticleSwarm => wanted,
             Self::LBfgs => wanted.saturating_mul(10),
             Self::NelderMead => wanted.saturating_mul(u64::try_from(n + 1).unwrap_or(u64::MAX)),
         }
@@ -96,22 +81,17 @@ type PointState = IterState<Point, Point, (), (), (), f64>;
 type SimplexState = IterState<Point, (), (), (), (), f64>;
 type Swarm = PopulationState<Particle<Point, f64>, f64>;
 
-/// Minimises a problem from `start` with a solver of choice. `tolerances` are Levenberg-Marquardt's; the others
-/// have their own.
+/// Minimises a problem from `start`, which has at least one parameter, with one of argmin's own solvers.
 ///
 /// # Errors
 /// [`Error::Optimiser`] if argmin itself fails, which is a defect.
-pub fn minimise_with<P: LeastSquares>(
-    kind: SolverKind,
+pub(super) fn minimise_by_argmin<P: LeastSquares>(
+    kind: ArgminSolver,
     problem: &P,
-    start: DVector<f64>,
-    tolerances: Tolerances,
+    start: &DVector<f64>,
     limits: Limits,
     seed: u64,
 ) -> Result<Solution, Error> {
-    if kind == SolverKind::LevenbergMarquardt || start.is_empty() {
-        return minimise(problem, start, tolerances, limits);
-    }
     let bounds = problem.bounds();
     let n = start.len();
     let inside = start.iter().zip(&bounds).map(|(x, &(low, high))| x.clamp(low, high));
@@ -131,7 +111,7 @@ pub fn minimise_with<P: LeastSquares>(
     if model.cost <= problem.cost_floor() {
         return Ok(end((first, model), Termination::ConvergedGradient, 0, 1));
     }
-    let swarm = kind == SolverKind::ParticleSwarm;
+    let swarm = kind == ArgminSolver::ParticleSwarm;
     let plain = PlainCost {
         problem,
         axes: bounds.iter().map(|b| Axis::new(*b, swarm)).collect(),
@@ -141,9 +121,9 @@ pub fn minimise_with<P: LeastSquares>(
     let observer = limits.observer.clone().map(|observer| ScaledObserver { observer, scale: plain.scale });
     let limits = Limits { iterations: kind.iterations(limits.iterations, n), ..limits };
     let (ended, iterations) = match kind {
-        SolverKind::NelderMead => plain.nelder_mead(&first, limits, observer),
-        SolverKind::ParticleSwarm => plain.particle_swarm(&first, limits, observer, seed),
-        SolverKind::LBfgs | SolverKind::LevenbergMarquardt => plain.l_bfgs(&first, limits, observer),
+        ArgminSolver::LBfgs => plain.l_bfgs(&first, limits, observer),
+        ArgminSolver::NelderMead => plain.nelder_mead(&first, limits, observer),
+        ArgminSolver::ParticleSwarm => plain.particle_swarm(&first, limits, observer, seed),
     }
     .map_err(|error| Error::Optimiser(error.to_string()))?;
     plain.try_bounds(&bounds);
@@ -522,6 +502,7 @@ impl<P: LeastSquares> Gradient for &PlainCost<'_, P> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::{SolverKind, Tolerances, minimise_with};
     use approx::assert_relative_eq;
     use nalgebra::DMatrix;
     use std::sync::Arc;

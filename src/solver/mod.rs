@@ -8,8 +8,10 @@
 // number.
 #![allow(clippy::indexing_slicing)]
 
+#[cfg(feature = "solvers")]
 mod argmin_solvers;
 pub(crate) mod bounded_step;
+mod chosen;
 pub(crate) mod corrected;
 pub(crate) mod inverse;
 mod least_squares;
@@ -20,7 +22,7 @@ mod termination;
 mod test_problems;
 pub(crate) mod triangle;
 
-pub use argmin_solvers::{SolverKind, minimise_with};
+pub use chosen::{SolverKind, minimise_with};
 pub use least_squares::{LeastSquares, Linearisation, Rows};
 pub use levenberg_marquardt::{LevenbergMarquardt, minimise};
 pub use termination::{Limits, Observer, Solution, StopSignal, Termination, Tolerances};

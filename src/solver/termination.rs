@@ -8,6 +8,7 @@ use std::time::Instant;
 
 /// Why a fit stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Termination {
     /// The last step changed no parameter noticeably.
     ConvergedStep,

@@ -3,9 +3,11 @@
 #![allow(clippy::print_stderr)]
 
 use std::collections::BTreeMap;
+#[cfg(feature = "cli")]
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+#[cfg(feature = "cli")]
 use std::time::Duration;
 use tempfile::TempDir;
 
@@ -93,6 +95,7 @@ impl Folder {
     }
 
     /// Runs `brdfit` with these arguments in this folder.
+    #[cfg(feature = "cli")]
     pub fn run<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Run {
         let output = assert_cmd::Command::new(env!("CARGO_BIN_EXE_brdfit"))
             .current_dir(self.0.path())
@@ -110,6 +113,7 @@ impl Folder {
     }
 
     /// Runs `brdfit` with arguments as typed: split at blanks, single quotes keep blanks together.
+    #[cfg(feature = "cli")]
     pub fn brdfit(&self, line: &str) -> Run {
         self.run(typed(line))
     }

@@ -41,13 +41,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let expression = Expression::parse(&arguments.model)?;
     let (input, set) = input_and_settings(arguments)?;
     arguments.report.check_inputs(std::slice::from_ref(&input))?;
-    let options = Options {
-        metric: arguments.samples.metric(),
-        filters: arguments.samples.filters()?,
-        settings: [ranges(&arguments.bounds)?, values("--set", set, Setting::Set)?].concat(),
-        seed: arguments.samples.seed(),
-        ..Options::default()
-    };
+    let options = Options::default()
+        .with_metric(arguments.samples.metric())
+        .with_filters(arguments.samples.filters()?)
+        .with_settings([ranges(&arguments.bounds)?, values("--set", set, Setting::Set)?].concat())
+        .with_seed(arguments.samples.seed());
     let output = arguments.report.file().map(Output::open).transpose()?;
     let started = Instant::now();
     let measurement = arguments.read.read(&input)?;

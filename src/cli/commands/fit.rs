@@ -115,15 +115,14 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
         })
         .transpose()?
         .flatten();
-    arguments.fitting.apply(arguments.loss.apply(Options {
-        metric: arguments.samples.metric(),
-        filters: arguments.samples.filters()?,
-        settings: arguments.settings.texts().settings()?,
-        seed: arguments.samples.seed(),
-        stop: Some(Arc::new(AtomicBool::new(false))),
-        deadline,
-        ..Options::default()
-    })?)
+    let mut options = Options::default()
+        .with_metric(arguments.samples.metric())
+        .with_filters(arguments.samples.filters()?)
+        .with_settings(arguments.settings.texts().settings()?)
+        .with_seed(arguments.samples.seed())
+        .with_stop(Arc::new(AtomicBool::new(false)));
+    options.deadline = deadline;
+    arguments.fitting.apply(arguments.loss.apply(options)?)
 }
 
 /// The first Ctrl-C asks for the best so far, the second ends the program.

@@ -10,7 +10,6 @@ use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Options;
 use brdfit::image::{absolute_difference, delta_e_2000, exr, false_colour, png, side_by_side};
-use brdfit::measurement::Filters;
 use brdfit::model::Expression;
 use brdfit::scene::Scene;
 use brdfit::select::{self, DRAWN, JUST_NOTICEABLE, Request, Selected, checked_tolerance, table};
@@ -51,16 +50,14 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let expressions: Vec<Expression> =
         arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
-    let filters = arguments.samples.filters_up_to(90.0)?;
+    let mut filters = arguments.samples.filters_up_to(90.0)?;
     let wanted = arguments.samples.samples_or(Some(DRAWN));
     // All directions of a scene would be millions; of a measurement's own samples there may be as many as it has.
-    let samples = if filters.weighting.is_none() { wanted.or(Some(DRAWN)) } else { wanted };
-    let options = Options {
-        metric: arguments.samples.metric(),
-        filters: Filters { samples, ..filters },
-        seed: arguments.samples.seed(),
-        ..Options::default()
-    };
+    filters.samples = if filters.weighting.is_none() { wanted.or(Some(DRAWN)) } else { wanted };
+    let options = Options::default()
+        .with_metric(arguments.samples.metric())
+        .with_filters(filters)
+        .with_seed(arguments.samples.seed());
     let tolerance = checked_tolerance(arguments.tolerance)?;
     arguments.report.check_inputs(&[arguments.input.clone(), arguments.scene.clone()])?;
     let report = arguments.report.file().map(Output::open).transpose()?;

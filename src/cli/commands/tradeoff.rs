@@ -9,7 +9,6 @@ use crate::cli::output::{Output, json, spares};
 use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Options;
-use brdfit::measurement::Filters;
 use brdfit::model::Expression;
 use brdfit::tradeoff::{FIT_SAMPLES, Request, compare, csv, svg, table};
 use clap::Args;
@@ -45,13 +44,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let expressions: Vec<Expression> =
         arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
-    let samples = arguments.samples.samples_or(Some(FIT_SAMPLES));
-    let options = Options {
-        metric: arguments.samples.metric(),
-        filters: Filters { samples, ..arguments.samples.filters()? },
-        seed: arguments.samples.seed(),
-        ..Options::default()
-    };
+    let mut filters = arguments.samples.filters()?;
+    filters.samples = arguments.samples.samples_or(Some(FIT_SAMPLES));
+    let options = Options::default()
+        .with_metric(arguments.samples.metric())
+        .with_filters(filters)
+        .with_seed(arguments.samples.seed());
     let open = |path: &Option<PathBuf>| path.as_deref().map(Output::open).transpose();
     let input = std::slice::from_ref(&arguments.input);
     arguments.report.check_inputs(input)?;

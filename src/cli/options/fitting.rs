@@ -87,12 +87,9 @@ impl FittingArguments {
     /// The fit's options with these.
     pub fn apply(&self, options: Options) -> Result<Options, Error> {
         self.target_error.map(checked_target).transpose()?;
-        Ok(Options {
-            hold_out: self.hold_out.map(checked_fraction).transpose()?,
-            uncertainty: self.uncertainty.into(),
-            solver: self.solver.into(),
-            ..options
-        })
+        let mut options = options.with_uncertainty(self.uncertainty.into()).with_solver(self.solver.into());
+        options.hold_out = self.hold_out.map(checked_fraction).transpose()?;
+        Ok(options)
     }
 
     /// Fits as the budget or the target asks.

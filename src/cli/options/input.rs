@@ -67,7 +67,7 @@ impl ReadArguments {
             Bins::Center => BinPosition::Center,
             Bins::Edge => BinPosition::Edge,
         };
-        read(path, self.format.as_deref(), &ReadOptions { merl_bins })
+        read(path, self.format.as_deref(), &ReadOptions::new().with_merl_bins(merl_bins))
     }
 }
 
@@ -184,17 +184,17 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
 
     /// The filters, without a weighting for a scene's; angles up to `max_theta_deg` where nothing was said of them.
     pub fn filters_up_to(&self, max_theta_deg: f64) -> Result<Filters, Error> {
-        Ok(Filters {
-            max_theta_deg: checked_max_theta(self.max_theta.unwrap_or(max_theta_deg))?,
-            weighting: self.weights.and_then(|weights| match weights {
-                Weights::SolidAngle => Some(Weighting::SolidAngle),
-                Weights::Uniform => Some(Weighting::Uniform),
-                Weights::Sigma => Some(Weighting::Sigma),
-                Weights::Scene => None,
-            }),
-            samples: self.samples(),
-            seed: self.seed,
-        })
+        let mut filters = Filters::default()
+            .with_max_theta_deg(checked_max_theta(self.max_theta.unwrap_or(max_theta_deg))?)
+            .with_seed(self.seed);
+        filters.weighting = self.weights.and_then(|weights| match weights {
+            Weights::SolidAngle => Some(Weighting::SolidAngle),
+            Weights::Uniform => Some(Weighting::Uniform),
+            Weights::Sigma => Some(Weighting::Sigma),
+            Weights::Scene => None,
+        });
+        filters.samples = self.samples();
+        Ok(filters)
     }
 }
 

@@ -39,7 +39,9 @@ impl From<LossName> for LossKind {
 impl LossArguments {
     /// The fit's options with these.
     pub fn apply(&self, options: Options) -> Result<Options, Error> {
-        Ok(Options { loss: self.loss.into(), loss_scale: self.scale()?, ..options })
+        let mut options = options.with_loss(self.loss.into());
+        options.loss_scale = self.scale()?;
+        Ok(options)
     }
 
     /// The record of the options with these, as used in a fit.

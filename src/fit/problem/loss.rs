@@ -15,6 +15,7 @@ use super::metric::Metric;
 
 /// The shape of a loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum LossKind {
     /// Squares: every residual pulls in proportion to its size.
     #[default]

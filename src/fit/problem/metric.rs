@@ -5,6 +5,7 @@ use crate::math::{Real, Scalar, elementary};
 
 /// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Metric {
     /// g(x) = x.
     L2,

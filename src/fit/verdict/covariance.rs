@@ -24,6 +24,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// How the covariance was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
     /// From given standard deviations.
     Absolute,

@@ -78,6 +78,7 @@ impl Task<'_> {
             if robust { Selection::default() } else { selection(solution.cost, n, free, absolute) };
 
         let mut fit = Fit {
+            model: self.expression.clone(),
             weighting: samples.weighting,
             used: samples.len(),
             dropped: samples.dropped.clone(),

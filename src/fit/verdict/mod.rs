@@ -7,6 +7,7 @@
 pub(super) mod bootstrap;
 pub(super) mod covariance;
 pub(super) mod errors;
+pub(super) mod fitted_parameter;
 pub(super) mod hold_out;
 mod judge;
 pub(super) mod result;

@@ -5,17 +5,24 @@ use super::covariance::Covariance;
 use super::errors::{ErrorTable, Errors};
 use super::hold_out::HeldOut;
 use super::warning::Warning;
+use crate::brdf::Brdf;
 use crate::fit::options::Budget;
 use crate::fit::search::best_start::Start;
 use crate::math::count;
 use crate::measurement::Weighting;
+use crate::model::Expression;
 use crate::parameters::ParameterTable;
 use crate::solver::Termination;
 use std::collections::BTreeMap;
 
-/// The result of a fit.
+/// The result of a fit, which [`Fit::of`] begins. [`Fit::parameters`] has the values and their standard errors.
+///
+/// A fit that did not converge is a result, too: [`Fit::is_usable`] tells whether to use it, `unusable` and `warnings` why not.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Fit {
+    /// The model that was fitted.
+    pub model: Expression,
     /// All parameters at their final values.
     pub table: ParameterTable,
     /// How the samples were weighted.
@@ -60,6 +67,20 @@ pub struct Fit {
     pub evaluations: u64,
     /// What the user should know.
     pub warnings: Vec<Warning>,
+}
+
+impl Fit {
+    /// Whether the result is a minimum that can be used. `unusable` says why it is not.
+    #[must_use]
+    pub fn is_usable(&self) -> bool {
+        self.unusable.is_none()
+    }
+
+    /// The BRDF that was found: the model at the values of its parameters.
+    #[must_use]
+    pub fn brdf(&self) -> Brdf {
+        Brdf::of_table(&self.model, &self.table)
+    }
 }
 
 /// Criteria that weigh the error against the number of parameters; `None` where the cost is no likelihood.

@@ -18,6 +18,7 @@ pub enum Confidence {
 
 /// Which directions the cells of a half/difference table stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum BinPosition {
     /// The centre of the bin.
     #[default]
@@ -28,9 +29,24 @@ pub enum BinPosition {
 
 /// What a reader may be told.
 #[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
 pub struct ReadOptions {
     /// Which directions the cells of a MERL table stand for.
     pub merl_bins: BinPosition,
+}
+
+impl ReadOptions {
+    /// The options of the command line unless it is told others.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { merl_bins: BinPosition::Center }
+    }
+
+    /// Takes the values of a MERL table for those at this position in their bins.
+    #[must_use]
+    pub const fn with_merl_bins(self, merl_bins: BinPosition) -> Self {
+        Self { merl_bins }
+    }
 }
 
 /// Reads the directions of a file.

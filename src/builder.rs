@@ -1,0 +1,401 @@
+//! The fit as a library user asks for it, step by step.
+
+use crate::error::Error;
+use crate::fit::{
+    Budget, Fit, LossKind, Metric, Options, Uncertainty, checked_fraction, checked_target, evaluate, fit,
+    fit_to_target, fit_within,
+};
+use crate::measurement::{Measurement, Weighting};
+use crate::model::Expression;
+use crate::parameters::{Selector, SettingTexts};
+use crate::progress::{Progress, Quiet};
+use crate::report::{Circumstances, OptionRecord, Report, Times};
+use crate::solver::{SolverKind, StopSignal};
+use std::fmt;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A fit that is being set up: [`Fit::of`] begins it, [`run`](FitBuilder::run) makes it.
+///
+/// Parameters are named as on the command line: `m`, with the lobe where several have one, `lambert.kd`, and with the channel
+/// where only that is meant, `kd.r` or `kd[700]`. A method that reads a name fails if the text cannot be one; whether the model
+/// has such a parameter is checked by `run`.
+///
+/// ```
+/// use brdfit::{Expression, Fit, Measurement, Metric};
+///
+/// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/satin-red-paint.csv");
+/// let measurement = Measurement::read(path)?;
+/// let model: Expression = "lambert + cook-torrance(d=beckmann)".parse()?;
+/// let fit = Fit::of(&model, &measurement).metric(Metric::Log).max_theta_deg(70.0)?.bounds("m", 0.05, 0.5)?.run()?;
+/// assert!(fit.is_usable());
+/// # Ok::<(), brdfit::Error>(())
+/// ```
+#[derive(Clone)]
+#[must_use = "nothing is fitted before `run`"]
+pub struct FitBuilder<'a> {
+    model: &'a Expression,
+    measurement: &'a Measurement,
+    options: Options,
+    constraints: SettingTexts,
+    extent: Extent,
+    timeout: Option<Duration>,
+    progress: Arc<dyn Progress>,
+}
+
+/// How many samples and iterations a fit takes.
+#[derive(Clone, Copy, Debug)]
+enum Extent {
+    /// What the options say.
+    AsAsked,
+    /// What a budget allows.
+    Within(Budget),
+    /// What it takes to reach an error.
+    Reaching(f64),
+}
+
+impl fmt::Debug for FitBuilder<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FitBuilder")
+            .field("model", &self.model.canonical())
+            .field("measurement", &self.measurement.source.path)
+            .field("options", &self.options)
+            .field("constraints", &self.constraints)
+            .field("extent", &self.extent)
+            .field("timeout", &self.timeout)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Fit {
+    /// Sets up a fit of `model` to `measurement`, with the options that the command line has by default.
+    ///
+    /// ```
+    /// use brdfit::{Expression, Fit, Measurement};
+    ///
+    /// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/satin-red-paint.csv");
+    /// let fit = Fit::of(&Expression::parse("lambert + ward")?, &Measurement::read(path)?).run()?;
+    /// let roughness = fit.parameter("m")?;
+    /// println!("{roughness}, which is {} +/- {:?}", roughness.value, roughness.std_error);
+    /// # Ok::<(), brdfit::Error>(())
+    /// ```
+    pub fn of<'a>(model: &'a Expression, measurement: &'a Measurement) -> FitBuilder<'a> {
+        FitBuilder {
+            model,
+            measurement,
+            options: Options::default(),
+            constraints: SettingTexts::default(),
+            extent: Extent::AsAsked,
+            timeout: None,
+            progress: Arc::new(Quiet),
+        }
+    }
+}
+
+/// What is compared, and on which samples.
+impl FitBuilder<'_> {
+    /// Minimises the differences in this metric of f cos(theta_i). [`Metric::Cbrt`], the default, weighs highlights and matte
+    /// regions as an eye does; [`Metric::L2`] is decided by the highlight alone.
+    pub fn metric(mut self, metric: Metric) -> Self {
+        self.options.metric = metric;
+        self
+    }
+
+    /// Down-weights samples that lie far from the model; [`LossKind::None`], least squares, by default. [`LossKind::Cauchy`]
+    /// all but ignores outliers.
+    pub fn loss(mut self, loss: LossKind) -> Self {
+        self.options.loss = loss;
+        self
+    }
+
+    /// Down-weights residuals from this size on, in units of the residual, or of standard deviations for weights by sigma; by
+    /// default the scale is estimated from the residuals.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] unless it lies from 1e-100 to 1e100.
+    pub fn loss_scale(self, scale: f64) -> Result<Self, Error> {
+        self.checked(|options| options.with_loss_scale(scale))
+    }
+
+    /// Leaves out directions whose angle of incidence or of viewing is larger, in degrees; 80 by default, beyond which few
+    /// instruments are reliable.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] unless it is above 0 and at most 90.
+    pub fn max_theta_deg(self, max_theta_deg: f64) -> Result<Self, Error> {
+        self.checked(|options| {
+            let filters = options.filters.clone().with_max_theta_deg(max_theta_deg);
+            options.with_filters(filters)
+        })
+    }
+
+    /// Weights samples in this way; by default by solid angle on a half/difference grid, uniformly elsewhere.
+    /// [`Weighting::Sigma`] is the one to use where the standard deviations of the values are known.
+    pub fn weighting(mut self, weighting: Weighting) -> Self {
+        self.options.filters.weighting = Some(weighting);
+        self
+    }
+
+    /// Fits this many samples at most, drawn evenly; by default all. A few thousand are enough for many tables. A budget or a
+    /// target chooses the number itself.
+    pub fn samples(mut self, samples: usize) -> Self {
+        self.options.filters.samples = Some(samples);
+        self
+    }
+
+    /// Makes all random draws from this seed, 0 by default. The same seed gives the same result.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.options.seed = seed;
+        self.options.filters.seed = seed;
+        self
+    }
+
+    fn checked(mut self, change: impl FnOnce(Options) -> Options) -> Result<Self, Error> {
+        self.options = change(self.options);
+        self.options.check()?;
+        Ok(self)
+    }
+}
+
+/// What is known of parameters.
+impl FitBuilder<'_> {
+    /// Keeps a parameter at a value, in its unit.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    pub fn fix(mut self, name: &str, value: f64) -> Result<Self, Error> {
+        Selector::parse(name)?;
+        self.constraints.fix.push(format!("{name}={value}"));
+        Ok(self)
+    }
+
+    /// Starts a parameter from a value, in its unit, instead of searching for one.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    pub fn init(mut self, name: &str, value: f64) -> Result<Self, Error> {
+        Selector::parse(name)?;
+        self.constraints.init.push(format!("{name}={value}"));
+        Ok(self)
+    }
+
+    /// Keeps a parameter between two values, in its unit; each parameter has bounds of its own by default.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    pub fn bounds(mut self, name: &str, low: f64, high: f64) -> Result<Self, Error> {
+        Selector::parse(name)?;
+        self.constraints.bounds.push(format!("{name}={low}..{high}"));
+        Ok(self)
+    }
+
+    /// Fits a parameter that is fixed by default.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    pub fn free(mut self, name: &str) -> Result<Self, Error> {
+        Selector::parse(name)?;
+        self.constraints.free.push(name.to_owned());
+        Ok(self)
+    }
+
+    /// Makes a parameter equal another.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if either cannot be the name of a parameter.
+    pub fn tie(mut self, name: &str, other: &str) -> Result<Self, Error> {
+        Selector::parse(name)?;
+        Selector::parse(other)?;
+        self.constraints.tie.push(format!("{name}={other}"));
+        Ok(self)
+    }
+
+    /// Gives a parameter one value per channel.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    pub fn per_channel(mut self, name: &str) -> Result<Self, Error> {
+        Selector::parse(name)?;
+        self.constraints.per_channel.push(name.to_owned());
+        Ok(self)
+    }
+
+    /// Gives a parameter one value for all channels.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    pub fn shared(mut self, name: &str) -> Result<Self, Error> {
+        Selector::parse(name)?;
+        self.constraints.shared.push(name.to_owned());
+        Ok(self)
+    }
+
+    /// Adds constraints as texts, such as the command line takes: `m=0.2`, `f0=copper`, `f0=0..0.1`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a text of another form.
+    pub fn constraints(mut self, texts: &SettingTexts) -> Result<Self, Error> {
+        texts.settings()?;
+        let SettingTexts { fix, init, bounds, free, tie, per_channel, shared } = texts;
+        let own = &mut self.constraints;
+        for (own, more) in [
+            (&mut own.fix, fix),
+            (&mut own.init, init),
+            (&mut own.bounds, bounds),
+            (&mut own.free, free),
+            (&mut own.tie, tie),
+            (&mut own.per_channel, per_channel),
+            (&mut own.shared, shared),
+        ] {
+            own.extend_from_slice(more);
+        }
+        Ok(self)
+    }
+}
+
+/// How the fit is made and judged.
+impl FitBuilder<'_> {
+    /// Leaves this fraction of the angles of incidence out of the fit and reports the errors on them in [`Fit::held_out`]; 0.2
+    /// is common. Models are best compared by those errors.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] unless it is above 0 and below 1.
+    pub fn hold_out(mut self, fraction: f64) -> Result<Self, Error> {
+        self.options.hold_out = Some(checked_fraction(fraction)?);
+        Ok(self)
+    }
+
+    /// Takes standard errors from this source; [`Uncertainty::Formula`] by default. [`Uncertainty::BlockBootstrap`] is for data
+    /// whose errors are alike within an angle of incidence, and takes 200 short fits.
+    pub fn uncertainty(mut self, uncertainty: Uncertainty) -> Self {
+        self.options.uncertainty = uncertainty;
+        self
+    }
+
+    /// Fits within a budget of samples and iterations, and reports the errors on all samples in [`Fit::errors_on_all`].
+    pub fn budget(mut self, budget: Budget) -> Self {
+        self.extent = Extent::Within(budget);
+        self
+    }
+
+    /// Fits within the cheapest budget whose error on all samples, in the metric of the fit, is at most this one.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] unless it is above 0.
+    pub fn target_error(mut self, error: f64) -> Result<Self, Error> {
+        self.extent = Extent::Reaching(checked_target(error)?);
+        Ok(self)
+    }
+
+    /// Makes the final fit with this optimiser; the default is the one to use, the others serve comparison.
+    pub fn solver(mut self, solver: SolverKind) -> Self {
+        self.options.solver = solver;
+        self
+    }
+
+    /// Ends the final fit after this many iterations, 300 by default. Few fits take more than 20. A budget chooses the number
+    /// itself.
+    pub fn iterations(mut self, iterations: u64) -> Self {
+        self.options.iterations = iterations;
+        self
+    }
+
+    /// Stops with the best parameters so far when this time has passed since `run`.
+    pub fn timeout(mut self, timeout: Duration) -> Self {
+        self.timeout = Some(timeout);
+        self
+    }
+
+    /// Stops with the best parameters so far once another thread sets this signal to true.
+    pub fn stop(mut self, signal: StopSignal) -> Self {
+        self.options.stop = Some(signal);
+        self
+    }
+
+    /// Tells this listener how the fit goes on.
+    pub fn progress(mut self, progress: Arc<dyn Progress>) -> Self {
+        self.progress = progress;
+        self
+    }
+}
+
+/// What comes of it.
+impl FitBuilder<'_> {
+    /// Makes the fit. One that does not converge is not an error: see [`Fit::is_usable`].
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for constraints that do not fit the model, and for what the measurement cannot give, such as weights
+    /// by standard deviations that it does not have; [`Error::NoSamples`] if nothing is left to fit; [`Error::Optimiser`] for a
+    /// defect.
+    pub fn run(&self) -> Result<Fit, Error> {
+        let options = self.options()?;
+        let Self { measurement, model, progress, .. } = self;
+        match self.extent {
+            Extent::AsAsked => fit(measurement, model, &options, progress),
+            Extent::Within(budget) => fit_within(budget, measurement, model, &options, progress),
+            Extent::Reaching(target) => fit_to_target(target, measurement, model, &options, progress),
+        }
+    }
+
+    /// Makes the fit, and the report of it: what `brdfit fit` writes.
+    ///
+    /// # Errors
+    /// Like [`run`](FitBuilder::run).
+    pub fn run_with_report(&self) -> Result<(Fit, Report), Error> {
+        let started = Instant::now();
+        let fit = self.run()?;
+        let report = self.report(&fit, started.elapsed());
+        Ok((fit, report))
+    }
+
+    /// Scores the model at the values given by [`fix`](FitBuilder::fix) and [`init`](FitBuilder::init), without a fit. A
+    /// parameter without a value has its default, and a warning says so.
+    ///
+    /// # Errors
+    /// Like [`run`](FitBuilder::run).
+    pub fn evaluate(&self) -> Result<Fit, Error> {
+        evaluate(self.measurement, self.model, &self.options()?)
+    }
+
+    /// The options with the constraints, read, and the moment to stop at.
+    fn options(&self) -> Result<Options, Error> {
+        let mut options = self.options.clone().with_settings(self.constraints.settings()?);
+        // A moment beyond what the clock can count never comes.
+        options.deadline = self.timeout.and_then(|timeout| Instant::now().checked_add(timeout));
+        Ok(options)
+    }
+
+    fn report(&self, fit: &Fit, took: Duration) -> Report {
+        let Options { metric, loss, loss_scale, filters, seed, hold_out, uncertainty, solver, .. } =
+            &self.options;
+        let seconds = took.as_secs_f64();
+        let options = OptionRecord {
+            samples: fit.budget.map_or(filters.samples, Budget::samples),
+            budget: fit.budget.map(Budget::name),
+            target_error: match self.extent {
+                Extent::Reaching(target) => Some(target),
+                Extent::AsAsked | Extent::Within(_) => None,
+            },
+            seed: *seed,
+            hold_out: *hold_out,
+            solver: Some(solver.name()),
+            uncertainty: Some(uncertainty.name()),
+            merl_bins: "center",
+            loss: loss.name(),
+            loss_scale: fit.loss_scale,
+            loss_scale_auto: fit.loss_scale.map(|_| loss_scale.is_none()),
+            timeout_s: self.timeout.map(|timeout| timeout.as_secs_f64()),
+            parameters: self.constraints.as_given(),
+        };
+        let threads = rayon::current_num_threads();
+        let circumstances = Circumstances {
+            metric: *metric,
+            max_theta_deg: filters.max_theta_deg,
+            options,
+            // The measurement was in memory.
+            times: Times { read: 0.0, fit: seconds, total: seconds, threads },
+            fitted: true,
+        };
+        Report::new(self.measurement, self.model, fit, &circumstances)
+    }
+}

@@ -1,0 +1,233 @@
+//! A parameter after a fit: its value and how well it is known.
+
+use super::result::Fit;
+use crate::error::{Error, listed};
+use crate::math::count;
+use crate::model::Unit;
+use crate::parameters::{ParameterRow, Selector, Status, channel_suffix};
+use std::fmt;
+
+/// A parameter after a fit: its value and how well it is known. Values, errors and bounds are in `unit`.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FittedParameter {
+    /// The lobe that it belongs to, such as `cook-torrance` or `cook-torrance#2`.
+    pub lobe: String,
+    /// Its symbol, such as `m`.
+    pub name: &'static str,
+    /// Its channel; `None` if the channels share it.
+    pub channel: Option<String>,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: Unit,
+    /// Its standard error; `None` where none means anything, for which `no_std_error` has the reason.
+    pub std_error: Option<f64>,
+    /// Why it has no standard error; `None` where it has one.
+    pub no_std_error: Option<NoStandardError>,
+    /// Its 95 % confidence interval; `None` where it has no standard error.
+    pub ci95: Option<[f64; 2]>,
+    /// The smallest and the largest value that the fit could give it.
+    pub bounds: (f64, f64),
+    /// The value that the fit started from.
+    pub initial: f64,
+    /// What the fit did with it.
+    pub state: ParameterState,
+}
+
+/// What a fit did with a parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ParameterState {
+    /// It was fitted, and ended between its bounds.
+    Free,
+    /// It was fitted, and ended at its lower bound.
+    AtLower,
+    /// It was fitted, and ended at its upper bound.
+    AtUpper,
+    /// It kept the value that it was given.
+    Fixed,
+    /// It followed another parameter.
+    Tied {
+        /// The full name of the other parameter.
+        to: String,
+    },
+}
+
+/// Why a parameter has no standard error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NoStandardError {
+    /// It was not fitted.
+    Fixed,
+    /// It followed another parameter, which has the error.
+    Tied,
+    /// It is at a bound.
+    AtBound,
+    /// The data do not determine it.
+    Undetermined,
+    /// It depends on a parameter that is at a bound.
+    DependsOnBound,
+    /// The loss discards the samples that it depends on.
+    Discarded,
+    /// The data have no noise that an error could be estimated from.
+    NoNoise,
+    /// The fit did not reach a minimum, or there are no more residuals than free parameters.
+    NoMinimum,
+}
+
+impl fmt::Display for NoStandardError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fixed => "not fitted",
+            Self::Tied => "tied to another parameter",
+            Self::AtBound => "at a bound",
+            Self::Undetermined => "not determined by the data",
+            Self::DependsOnBound => "depends on a parameter at a bound",
+            Self::Discarded => "the loss discards the samples that it depends on",
+            Self::NoNoise => "the data have no noise",
+            Self::NoMinimum => "the fit has no minimum or no degrees of freedom",
+        })
+    }
+}
+
+impl FittedParameter {
+    /// The full name: `lobe.name`, `lobe.name.channel` or `lobe.name[700]`.
+    #[must_use]
+    pub fn full_name(&self) -> String {
+        let channel = self.channel.as_deref().map(channel_suffix).unwrap_or_default();
+        format!("{}.{}{channel}", self.lobe, self.name)
+    }
+}
+
+/// `cook-torrance.m = 0.18019 +/- 0.00017`, or the reason in parentheses where there is no standard error.
+impl fmt::Display for FittedParameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = ", self.full_name())?;
+        match (self.std_error, self.no_std_error) {
+            // Two digits of the error, and the value to the same place.
+            (Some(error), _) => match (0..15).find(|places| error * 10_f64.powf(count(*places)) >= 10.0) {
+                Some(places) => write!(f, "{:.places$} +/- {error:.places$}", self.value),
+                None => write!(f, "{} +/- {error:.1e}", self.value),
+            },
+            (None, Some(reason)) => write!(f, "{} ({reason})", self.value),
+            (None, None) => write!(f, "{}", self.value),
+        }
+    }
+}
+
+impl Fit {
+    /// Every parameter, fixed and tied ones included: lobe by lobe, parameter by parameter, channel by channel.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<FittedParameter> {
+        self.table.rows().iter().enumerate().map(|(index, row)| self.fitted(index, row)).collect()
+    }
+
+    /// The parameter of that name: `m`, or with its lobe or channel where that is not clear, `cook-torrance.f0.r` or `f0[700]`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a name that the model does not have, or that stands for several parameters.
+    pub fn parameter(&self, name: &str) -> Result<FittedParameter, Error> {
+        match self.table.rows_named(&Selector::parse(name)?)?.as_slice() {
+            [(index, row)] => Ok(self.fitted(*index, row)),
+            several => {
+                let names: Vec<String> = several.iter().map(|(index, _)| self.table.name(*index)).collect();
+                Err(Error::Usage(format!("{name}: expected the name of one parameter: {}", listed(&names))))
+            }
+        }
+    }
+
+    fn fitted(&self, index: usize, row: &ParameterRow) -> FittedParameter {
+        let std_error = self.std_error(index);
+        FittedParameter {
+            lobe: self.table.lobe_name(row).to_owned(),
+            name: row.spec.name,
+            channel: self.table.channel_name(row).map(str::to_owned),
+            value: row.value,
+            unit: row.spec.unit,
+            std_error,
+            no_std_error: if std_error.is_none() { Some(self.no_std_error(index, row)) } else { None },
+            ci95: self.ci95(index),
+            bounds: row.bounds,
+            initial: row.initial,
+            state: match row.status {
+                Status::Fixed => ParameterState::Fixed,
+                Status::Tied(other) => ParameterState::Tied { to: self.table.name(other) },
+                Status::Free if row.at_lower() => ParameterState::AtLower,
+                Status::Free if row.at_upper() => ParameterState::AtUpper,
+                Status::Free => ParameterState::Free,
+            },
+        }
+    }
+
+    /// The standard error of the parameter in a row of the table; `None` where none means anything.
+    pub(crate) fn std_error(&self, index: usize) -> Option<f64> {
+        self.covariance.as_ref()?.std_error(index)
+    }
+
+    /// The 95 % confidence interval of the parameter in a row of the table; `None` without a standard error.
+    pub(crate) fn ci95(&self, index: usize) -> Option<[f64; 2]> {
+        let std_error = self.std_error(index)?;
+        if let Some(resampled) = &self.resampled {
+            return resampled.interval(index);
+        }
+        self.interval(self.table.rows().get(index)?.value, std_error)
+    }
+
+    /// The 95 % confidence interval about a value with this standard error.
+    pub(crate) fn interval(&self, value: f64, std_error: f64) -> Option<[f64; 2]> {
+        let half = self.covariance.as_ref()?.quantile * std_error;
+        Some([value - half, value + half])
+    }
+
+    fn no_std_error(&self, index: usize, row: &ParameterRow) -> NoStandardError {
+        match row.status {
+            Status::Fixed => return NoStandardError::Fixed,
+            Status::Tied(_) => return NoStandardError::Tied,
+            Status::Free => {}
+        }
+        let Some(covariance) = &self.covariance else { return NoStandardError::NoMinimum };
+        if !covariance.rows.contains(&index) {
+            NoStandardError::AtBound
+        } else if covariance.undetermined.contains(&index) {
+            NoStandardError::Undetermined
+        } else if covariance.dependent.contains(&index) {
+            NoStandardError::DependsOnBound
+        } else if covariance.discarded.contains(&index) {
+            NoStandardError::Discarded
+        } else {
+            NoStandardError::NoNoise
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_written_to_two_digits_of_their_error() {
+        let parameter = |value, std_error: Option<f64>| FittedParameter {
+            lobe: "ward".to_owned(),
+            name: "ks",
+            channel: Some("700".to_owned()),
+            value,
+            unit: Unit::One,
+            std_error,
+            no_std_error: if std_error.is_none() { Some(NoStandardError::AtBound) } else { None },
+            ci95: None,
+            bounds: (0.0, 1.0),
+            initial: 0.5,
+            state: ParameterState::Free,
+        };
+        for (value, std_error, text) in [
+            (0.180_190_3, Some(0.000_170_7), "ward.ks[700] = 0.18019 +/- 0.00017"),
+            (123.456, Some(3.21), "ward.ks[700] = 123.5 +/- 3.2"),
+            (123.456, Some(32.1), "ward.ks[700] = 123 +/- 32"),
+            (0.5, Some(1.5e-18), "ward.ks[700] = 0.5 +/- 1.5e-18"),
+            (1.0, None, "ward.ks[700] = 1 (at a bound)"),
+        ] {
+            assert_eq!(parameter(value, std_error).to_string(), text);
+        }
+    }
+}

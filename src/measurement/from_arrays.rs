@@ -1,0 +1,157 @@
+//! A measurement from arrays in memory.
+
+use super::{Channel, Measurement, Source};
+use crate::error::{Error, excerpt};
+use crate::geometry::Directions;
+use std::collections::BTreeMap;
+
+impl Measurement {
+    /// A measurement of `directions`, from the name and the values of each channel: f in 1/sr, one per pair of directions. A
+    /// name that is a number, alone or followed by `nm`, is taken for a wavelength in nanometres.
+    ///
+    /// ```
+    /// use brdfit::{Directions, Measurement};
+    ///
+    /// // theta_i, phi_i, theta_o, phi_o in degrees.
+    /// let directions = Directions::from_degrees([[30.0, 0.0, 30.0, 180.0], [30.0, 0.0, 60.0, 180.0]])?;
+    /// let measurement = Measurement::new(directions, [("450nm", vec![0.31, 0.12]), ("650nm", vec![0.42, 0.22])])?;
+    /// assert_eq!(measurement.channels[1].wavelength_nm, Some(650.0));
+    /// # Ok::<(), brdfit::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Usage`] without a channel, for a name that is empty or has control characters, for two channels
+    /// of the same name, for another number of values than of
+    /// directions, and for a value that is not finite.
+    pub fn new<Name: AsRef<str>>(
+        directions: Directions,
+        channels: impl IntoIterator<Item = (Name, Vec<f64>)>,
+    ) -> Result<Self, Error> {
+        let (names, values): (Vec<Name>, Vec<Vec<f64>>) = channels.into_iter().unzip();
+        let channels: Vec<Channel> = names.iter().map(|name| Channel::named(name.as_ref())).collect();
+        for (index, channel) in channels.iter().enumerate() {
+            if channel.name.is_empty() || channel.name.contains(char::is_control) {
+                let name = excerpt(&channel.name);
+                return Err(Error::Usage(format!(
+                    "measurement: expected the name of a channel, without control characters, found {name}"
+                )));
+            }
+            if channels.iter().take(index).any(|earlier| earlier.name == channel.name) {
+                let name = excerpt(&channel.name);
+                return Err(Error::Usage(format!(
+                    "measurement: expected channels of different names, found two {name}"
+                )));
+            }
+        }
+        let measurement = Self {
+            source: Source { path: "arrays".into(), format: "arrays", sha256: String::new() },
+            channels,
+            directions,
+            values,
+            sigma: None,
+            dropped: BTreeMap::new(),
+            doubts: Vec::new(),
+        };
+        measurement.check_lengths()?;
+        measurement.check_values(&measurement.values, "values", f64::NEG_INFINITY)?;
+        Ok(measurement)
+    }
+
+    /// The same measurement with the standard deviation of every value, 1/sr: an array per channel, in the order of the
+    /// channels. [`Weighting::Sigma`](super::Weighting::Sigma) weights samples by them, which are then above 0.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for another number of channels or of deviations, and for one that is negative or not finite.
+    pub fn with_sigma(self, sigma: Vec<Vec<f64>>) -> Result<Self, Error> {
+        let measurement = Self { sigma: Some(sigma), ..self };
+        measurement.check_lengths()?;
+        if let Some(sigma) = &measurement.sigma {
+            measurement.check_values(sigma, "standard deviations", 0.0)?;
+        }
+        Ok(measurement)
+    }
+
+    /// The same measurement under a name that reports and messages call it by. A file is called by its path.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Self {
+        self.source.path = name.into();
+        self
+    }
+
+    /// Checks that there is a channel, and that all have a value, and a standard deviation if any, per pair of directions.
+    pub(super) fn check_lengths(&self) -> Result<(), Error> {
+        let (channels, samples) = (self.channels.len(), self.directions.len());
+        if channels == 0 {
+            return Err(Error::Usage("measurement: expected at least one channel, found none".to_owned()));
+        }
+        let rows = std::iter::once((&self.values, "values"));
+        let rows = rows.chain(self.sigma.iter().map(|sigma| (sigma, "standard deviations")));
+        for (rows, what) in rows {
+            if rows.len() != channels {
+                return Err(Error::Usage(format!(
+                    "measurement: expected {what} of {channels} channels, found {}",
+                    rows.len()
+                )));
+            }
+            for (row, channel) in rows.iter().zip(&self.channels) {
+                if row.len() != samples {
+                    return Err(Error::Usage(format!(
+                        "measurement: expected {samples} {what} of channel {}, one per pair of directions, found {}",
+                        excerpt(&channel.name),
+                        row.len()
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that numbers of every channel are finite and not below `least`.
+    fn check_values(&self, rows: &[Vec<f64>], what: &str, least: f64) -> Result<(), Error> {
+        let range = if least.is_finite() { format!(" of at least {least}") } else { String::new() };
+        for (row, channel) in rows.iter().zip(&self.channels) {
+            if let Some((index, value)) =
+                row.iter().enumerate().find(|(_, v)| !(v.is_finite() && **v >= least))
+            {
+                return Err(Error::Usage(format!(
+                    "measurement: expected finite {what}{range}, found {value} for sample {} of channel {}",
+                    index + 1,
+                    excerpt(&channel.name)
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn directions() -> Directions {
+        Directions::from_degrees([[30.0, 0.0, 30.0, 180.0], [30.0, 0.0, 60.0, 180.0]]).unwrap()
+    }
+
+    #[test]
+    fn arrays_that_do_not_fit_are_refused() {
+        let good = || Measurement::new(directions(), [("grey", vec![0.1, 0.2])]).unwrap();
+        assert_eq!(good().total(), 2);
+        let refused = |channels: Vec<(&str, Vec<f64>)>, words: &str| {
+            let message = Measurement::new(directions(), channels).unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+        };
+        refused(vec![], "at least one channel");
+        refused(vec![("r", vec![0.1])], "expected 2 values of channel 'r'");
+        refused(vec![("r", vec![0.1, 0.2]), ("r", vec![0.1, 0.2])], "found two 'r'");
+        refused(vec![("a\nb", vec![0.1, 0.2])], "without control characters");
+        refused(vec![("r", vec![0.1, f64::NAN])], "found NaN for sample 2");
+        let refused = |sigma: Vec<Vec<f64>>, words: &str| {
+            let message = good().with_sigma(sigma).unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+        };
+        refused(vec![], "standard deviations of 1 channels, found 0");
+        refused(vec![vec![0.1]], "expected 2 standard deviations");
+        refused(vec![vec![0.1, -0.1]], "of at least 0, found -0.1");
+        assert!(good().with_sigma(vec![vec![0.1, 0.0]]).is_ok());
+    }
+}
