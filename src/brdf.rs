@@ -31,7 +31,8 @@ impl Brdf {
     /// `cook-torrance#2.f0[700]`. A parameter that is not named has its default value.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a name that the model does not have or that is ambiguous, and for a value beyond the bounds of
+    /// [`Error::UnknownName`] for a name that the model does not have, [`Error::AmbiguousParameter`] for one that several lobes
+    /// have, [`Error::Invalid`] for a value beyond the bounds of
     /// its parameter.
     pub fn new(expression: &Expression, channels: &[&str], values: &[(&str, f64)]) -> Result<Self, Error> {
         let channels: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();

@@ -5,6 +5,7 @@ use crate::fit::{
     Budget, Fit, LossKind, Metric, Options, Uncertainty, checked_fraction, checked_target, evaluate, fit,
     fit_to_target, fit_within,
 };
+use crate::measurement::formats::BinPosition;
 use crate::measurement::{Measurement, Weighting};
 use crate::model::Expression;
 use crate::parameters::{Selector, SettingTexts};
@@ -112,7 +113,7 @@ impl FitBuilder<'_> {
     /// default the scale is estimated from the residuals.
     ///
     /// # Errors
-    /// [`Error::Usage`] unless it lies from 1e-100 to 1e100.
+    /// [`Error::Invalid`] unless it lies from 1e-100 to 1e100.
     pub fn loss_scale(self, scale: f64) -> Result<Self, Error> {
         self.checked(|options| options.with_loss_scale(scale))
     }
@@ -121,7 +122,7 @@ impl FitBuilder<'_> {
     /// instruments are reliable.
     ///
     /// # Errors
-    /// [`Error::Usage`] unless it is above 0 and at most 90.
+    /// [`Error::Invalid`] unless it is above 0 and at most 90.
     pub fn max_theta_deg(self, max_theta_deg: f64) -> Result<Self, Error> {
         self.checked(|options| {
             let filters = options.filters.clone().with_max_theta_deg(max_theta_deg);
@@ -162,7 +163,7 @@ impl FitBuilder<'_> {
     /// Keeps a parameter at a value, in its unit.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    /// [`Error::Invalid`] if `name` cannot be that of a parameter.
     pub fn fix(mut self, name: &str, value: f64) -> Result<Self, Error> {
         Selector::parse(name)?;
         self.constraints.fix.push(format!("{name}={value}"));
@@ -172,7 +173,7 @@ impl FitBuilder<'_> {
     /// Starts a parameter from a value, in its unit, instead of searching for one.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    /// [`Error::Invalid`] if `name` cannot be that of a parameter.
     pub fn init(mut self, name: &str, value: f64) -> Result<Self, Error> {
         Selector::parse(name)?;
         self.constraints.init.push(format!("{name}={value}"));
@@ -182,7 +183,7 @@ impl FitBuilder<'_> {
     /// Keeps a parameter between two values, in its unit; each parameter has bounds of its own by default.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    /// [`Error::Invalid`] if `name` cannot be that of a parameter.
     pub fn bounds(mut self, name: &str, low: f64, high: f64) -> Result<Self, Error> {
         Selector::parse(name)?;
         self.constraints.bounds.push(format!("{name}={low}..{high}"));
@@ -192,7 +193,7 @@ impl FitBuilder<'_> {
     /// Fits a parameter that is fixed by default.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    /// [`Error::Invalid`] if `name` cannot be that of a parameter.
     pub fn free(mut self, name: &str) -> Result<Self, Error> {
         Selector::parse(name)?;
         self.constraints.free.push(name.to_owned());
@@ -202,7 +203,7 @@ impl FitBuilder<'_> {
     /// Makes a parameter equal another.
     ///
     /// # Errors
-    /// [`Error::Usage`] if either cannot be the name of a parameter.
+    /// [`Error::Invalid`] if either cannot be the name of a parameter.
     pub fn tie(mut self, name: &str, other: &str) -> Result<Self, Error> {
         Selector::parse(name)?;
         Selector::parse(other)?;
@@ -213,7 +214,7 @@ impl FitBuilder<'_> {
     /// Gives a parameter one value per channel.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    /// [`Error::Invalid`] if `name` cannot be that of a parameter.
     pub fn per_channel(mut self, name: &str) -> Result<Self, Error> {
         Selector::parse(name)?;
         self.constraints.per_channel.push(name.to_owned());
@@ -223,7 +224,7 @@ impl FitBuilder<'_> {
     /// Gives a parameter one value for all channels.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `name` cannot be that of a parameter.
+    /// [`Error::Invalid`] if `name` cannot be that of a parameter.
     pub fn shared(mut self, name: &str) -> Result<Self, Error> {
         Selector::parse(name)?;
         self.constraints.shared.push(name.to_owned());
@@ -233,7 +234,7 @@ impl FitBuilder<'_> {
     /// Adds constraints as texts, such as the command line takes: `m=0.2`, `f0=copper`, `f0=0..0.1`.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a text of another form.
+    /// [`Error::Invalid`] for a text of another form.
     pub fn constraints(mut self, texts: &SettingTexts) -> Result<Self, Error> {
         texts.settings()?;
         let SettingTexts { fix, init, bounds, free, tie, per_channel, shared } = texts;
@@ -259,7 +260,7 @@ impl FitBuilder<'_> {
     /// is common. Models are best compared by those errors.
     ///
     /// # Errors
-    /// [`Error::Usage`] unless it is above 0 and below 1.
+    /// [`Error::Invalid`] unless it is above 0 and below 1.
     pub fn hold_out(mut self, fraction: f64) -> Result<Self, Error> {
         self.options.hold_out = Some(checked_fraction(fraction)?);
         Ok(self)
@@ -281,7 +282,7 @@ impl FitBuilder<'_> {
     /// Fits within the cheapest budget whose error on all samples, in the metric of the fit, is at most this one.
     ///
     /// # Errors
-    /// [`Error::Usage`] unless it is above 0.
+    /// [`Error::Invalid`] unless it is above 0.
     pub fn target_error(mut self, error: f64) -> Result<Self, Error> {
         self.extent = Extent::Reaching(checked_target(error)?);
         Ok(self)
@@ -324,7 +325,7 @@ impl FitBuilder<'_> {
     /// Makes the fit. One that does not converge is not an error: see [`Fit::is_usable`].
     ///
     /// # Errors
-    /// [`Error::Usage`] for constraints that do not fit the model, and for what the measurement cannot give, such as weights
+    /// [`Error::UnknownName`] and [`Error::Invalid`] for constraints that do not fit the model, and for what the measurement cannot give, such as weights
     /// by standard deviations that it does not have; [`Error::NoSamples`] if nothing is left to fit; [`Error::Optimiser`] for a
     /// defect.
     pub fn run(&self) -> Result<Fit, Error> {
@@ -369,23 +370,24 @@ impl FitBuilder<'_> {
         let Options { metric, loss, loss_scale, filters, seed, hold_out, uncertainty, solver, .. } =
             &self.options;
         let seconds = took.as_secs_f64();
+        let given = self.constraints.as_given().into_iter();
         let options = OptionRecord {
             samples: fit.budget.map_or(filters.samples, Budget::samples),
-            budget: fit.budget.map(Budget::name),
+            budget: fit.budget.map(Into::into),
             target_error: match self.extent {
                 Extent::Reaching(target) => Some(target),
                 Extent::AsAsked | Extent::Within(_) => None,
             },
             seed: *seed,
             hold_out: *hold_out,
-            solver: Some(solver.name()),
-            uncertainty: Some(uncertainty.name()),
-            merl_bins: "center",
-            loss: loss.name(),
+            solver: Some((*solver).into()),
+            uncertainty: Some((*uncertainty).into()),
+            merl_bins: BinPosition::Center.into(),
+            loss: (*loss).into(),
             loss_scale: fit.loss_scale,
             loss_scale_auto: fit.loss_scale.map(|_| loss_scale.is_none()),
             timeout_s: self.timeout.map(|timeout| timeout.as_secs_f64()),
-            parameters: self.constraints.as_given(),
+            parameters: given.map(|(option, text)| format!("{option} {text}")).collect(),
         };
         let threads = rayon::current_num_threads();
         let circumstances = Circumstances {

@@ -1,6 +1,7 @@
 //! What can go wrong, and for whom.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Where in a file something is wrong.
@@ -23,8 +24,8 @@ impl Place {
     }
 }
 
-impl std::fmt::Display for Place {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File => Ok(()),
             Self::Line(n) => write!(f, ":{n}"),
@@ -33,12 +34,142 @@ impl std::fmt::Display for Place {
     }
 }
 
+/// An option of a fit, of its input or of what is made of it.
+///
+/// Its name is that of the builder's method and of the field in a report; the command line writes it with two dashes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+#[expect(
+    missing_docs,
+    reason = "docs/use/fitting.md describes the options of a fit, and the help those of the program"
+)]
+pub enum OptionName {
+    Bounds,
+    Fix,
+    Format,
+    Free,
+    HoldOut,
+    Init,
+    LossScale,
+    MaxTheta,
+    Metric,
+    PerChannel,
+    Set,
+    Shared,
+    Svg,
+    TargetError,
+    Thickness,
+    Tie,
+    Timeout,
+    Tolerance,
+    Uncertainty,
+    Weights,
+}
+
+impl OptionName {
+    /// Its name, such as `hold-out`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bounds => "bounds",
+            Self::Fix => "fix",
+            Self::Format => "format",
+            Self::Free => "free",
+            Self::HoldOut => "hold-out",
+            Self::Init => "init",
+            Self::LossScale => "loss-scale",
+            Self::MaxTheta => "max-theta",
+            Self::Metric => "metric",
+            Self::PerChannel => "per-channel",
+            Self::Set => "set",
+            Self::Shared => "shared",
+            Self::Svg => "svg",
+            Self::TargetError => "target-error",
+            Self::Thickness => "thickness",
+            Self::Tie => "tie",
+            Self::Timeout => "timeout",
+            Self::Tolerance => "tolerance",
+            Self::Uncertainty => "uncertainty",
+            Self::Weights => "weights",
+        }
+    }
+}
+
+impl fmt::Display for OptionName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What an error is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Subject {
+    /// An option.
+    Option(OptionName),
+    /// An option of something, such as the bounds of a parameter.
+    OptionOf(OptionName, String),
+    /// Anything else, by its name: a model, a parameter, an image.
+    Named(String),
+}
+
+impl From<OptionName> for Subject {
+    fn from(option: OptionName) -> Self {
+        Self::Option(option)
+    }
+}
+
+impl From<&str> for Subject {
+    fn from(name: &str) -> Self {
+        Self::Named(name.to_owned())
+    }
+}
+
+impl From<String> for Subject {
+    fn from(name: String) -> Self {
+        Self::Named(name)
+    }
+}
+
+/// What kind of name a caller gave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NameKind {
+    /// A model of the registry.
+    Model,
+    /// An option of a model, such as `d`.
+    ModelOption,
+    /// A value of this option of a model.
+    ValueOf(&'static str),
+    /// A lobe of the expression.
+    Lobe,
+    /// A parameter of the expression.
+    Parameter,
+    /// A channel of the measurement.
+    Channel,
+    /// A file format.
+    Format,
+}
+
+impl fmt::Display for NameKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Model => "a model",
+            Self::ModelOption => "an option",
+            Self::ValueOf(option) => option,
+            Self::Lobe => "a lobe",
+            Self::Parameter => "a parameter",
+            Self::Channel => "a channel",
+            Self::Format => "a format",
+        })
+    }
+}
+
 /// Everything that the library reports to its caller. Each message is one line.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("{}: cannot {action}: {}", path.display(), plain(source))]
     Io {
         /// The file.
         path: PathBuf,
@@ -48,34 +179,156 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file does not hold what its format says.
-    #[error("{}{place}: expected {expected}, found {found}", path.display())]
     Malformed {
         /// The file.
         path: PathBuf,
         /// Where in it.
         place: Place,
-        /// What the format asks for.
+        /// What the format requires.
         expected: String,
         /// What stands there.
         found: String,
     },
-    /// The user asked for something that does not exist or does not fit.
-    #[error("{0}")]
-    Usage(String),
     /// A measurement has nothing left to fit.
-    #[error("{}: no usable sample: {reason}", path.display())]
     NoSamples {
         /// The file.
         path: PathBuf,
         /// What became of the samples.
         reason: String,
     },
+    /// Something that the caller gave has the wrong form or size, or lies outside its range.
+    Invalid {
+        /// What was given.
+        subject: Subject,
+        /// What it may be.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
+    /// The caller named something that does not exist.
+    UnknownName {
+        /// Where the name was given.
+        subject: Subject,
+        /// What the name is one of.
+        kind: NameKind,
+        /// The names that exist.
+        known: Vec<String>,
+        /// The name that was given.
+        name: String,
+    },
+    /// The caller named one parameter with a name that several have.
+    AmbiguousParameter {
+        /// The name that was given.
+        name: String,
+        /// Full names of the parameters that it could be.
+        candidates: Vec<String>,
+    },
+    /// The caller named a channel of a parameter that all channels share.
+    SharedParameter {
+        /// The name that was given.
+        selector: String,
+        /// The parameter's own name.
+        parameter: String,
+    },
+    /// An option needs more than the measurement has.
+    Unmet {
+        /// The file of the measurement.
+        path: PathBuf,
+        /// The option.
+        option: OptionName,
+        /// What it needs.
+        expected: String,
+        /// What the measurement has.
+        found: String,
+    },
+    /// A result cannot be encoded in a file format.
+    Encoding {
+        /// The format.
+        format: &'static str,
+        /// The reason that the encoder gives.
+        reason: String,
+    },
     /// The optimiser itself failed: a defect of this program.
-    #[error("the optimiser failed: {0} (please report this)")]
     Optimiser(String),
 }
 
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Io { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message(|option| option.name().to_owned()))
+    }
+}
+
 impl Error {
+    /// The message, in which options are called what `name` says: a command line writes `--hold-out`, say.
+    #[must_use]
+    pub fn message(&self, name: impl Fn(OptionName) -> String) -> String {
+        let called = |subject: &Subject| match subject {
+            Subject::Option(option) => name(*option),
+            Subject::OptionOf(option, of) => format!("{} {of}", name(*option)),
+            Subject::Named(text) => text.clone(),
+        };
+        match self {
+            Self::Io { path, action, source } => {
+                format!("{}: cannot {action}: {}", path.display(), plain(source))
+            }
+            Self::Malformed { path, place, expected, found } => {
+                format!("{}{place}: expected {expected}, found {found}", path.display())
+            }
+            Self::NoSamples { path, reason } => format!("{}: no usable sample: {reason}", path.display()),
+            Self::Invalid { subject, expected, found } => {
+                format!("{}: expected {expected}, found {found}", called(subject))
+            }
+            Self::UnknownName { subject, kind, known, name } => {
+                let (subject, known_names) = (called(subject), listed(known));
+                let hint =
+                    nearest(name, known).map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+                format!("{subject}: expected {kind} among {known_names}, found {}{hint}", excerpt(name))
+            }
+            Self::AmbiguousParameter { name, candidates } => {
+                format!("{name}: several parameters have this name: write one of {}", listed(candidates))
+            }
+            Self::SharedParameter { selector, parameter } => format!(
+                "{selector}: '{parameter}' is shared by all channels: name it without a channel, or give it one value \
+                 per channel ({} {parameter})",
+                name(OptionName::PerChannel)
+            ),
+            Self::Unmet { path, option, expected, found } => {
+                format!("{}: {}: expected {expected}, found {found}", path.display(), name(*option))
+            }
+            Self::Encoding { format, reason } => format!("cannot be written as {format}: {reason}"),
+            Self::Optimiser(reason) => format!("the optimiser failed: {reason} (please report this)"),
+        }
+    }
+
+    /// Something given that is not what it may be.
+    pub fn invalid(
+        subject: impl Into<Subject>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        Self::Invalid { subject: subject.into(), expected: expected.into(), found: found.into() }
+    }
+
+    /// A name that does not exist.
+    pub fn unknown<Name: AsRef<str>>(
+        subject: impl Into<Subject>,
+        kind: NameKind,
+        known: &[Name],
+        name: impl Into<String>,
+    ) -> Self {
+        let known = known.iter().map(|name| name.as_ref().to_owned()).collect();
+        Self::UnknownName { subject: subject.into(), kind, known, name: name.into() }
+    }
+
     /// A malformed file.
     #[must_use]
     pub fn malformed(
@@ -149,4 +402,16 @@ pub fn listed<Name: AsRef<str>>(names: &[Name]) -> String {
         list.push_str(&short(name.as_ref()));
     }
     list
+}
+
+/// The known name that a mistyped one most likely stands for; `None` if none resembles it.
+fn nearest<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
+    /// Likeness from which a name is worth suggesting: two letters exchanged in a short word pass, another word does not.
+    const ALIKE: f64 = 0.8;
+    // A long text is not a typing mistake, and comparing it would take long.
+    let name: String = name.chars().take(60).collect();
+    let likeness = |candidate: &&'a String| strsim::jaro_winkler(&name.to_lowercase(), candidate);
+    let best =
+        known.iter().map(|candidate| (likeness(&candidate), candidate)).max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(likeness, _)| *likeness > ALIKE).map(|(_, candidate)| candidate.as_str())
 }

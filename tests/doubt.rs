@@ -45,10 +45,16 @@ fn value(report: &Value, name: &str) -> f64 {
     find(report, name)["value"].as_f64().unwrap()
 }
 
-/// The texts of all warnings of a kind.
+/// All warnings of a kind: parameter, text, and what is suggested, as the program prints it.
 fn warnings(report: &Value, kind: &str) -> Vec<String> {
     let of_kind = report["warnings"].as_array().unwrap().iter().filter(|w| w["kind"] == kind);
-    of_kind.map(|w| format!("{}: {}", w["parameter"].as_str().unwrap_or(""), w["text"])).collect()
+    let suggestion =
+        |s: &Value| format!("--{} {}", s["option"].as_str().unwrap(), s["value"].as_str().unwrap());
+    let text = |w: &Value| {
+        let suggestions: Vec<String> = w["suggestions"].as_array().unwrap().iter().map(suggestion).collect();
+        format!("{}: {} ({})", w["parameter"].as_str().unwrap_or(""), w["text"], suggestions.join(", "))
+    };
+    of_kind.map(text).collect()
 }
 
 /// No parameter at a bound has an error, and no error is zero or not finite.

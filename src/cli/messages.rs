@@ -1,10 +1,21 @@
 //! Everything that the program prints.
 
 use brdfit::Error;
-use brdfit::report::{Report, table, warnings};
+use brdfit::error::OptionName;
+use brdfit::report::{Report, SuggestionRecord, WarningRecord, table};
 use std::io::Write as _;
 
-/// The message of an error.
+/// The message of an error, in which options are called as they are typed.
+pub fn message(error: &Error) -> String {
+    error.message(typed)
+}
+
+/// An option as it is typed.
+pub fn typed(option: OptionName) -> String {
+    format!("--{option}")
+}
+
+/// Prints the message of an error.
 pub fn complain(message: &str) {
     remark(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)));
 }
@@ -26,8 +37,20 @@ pub fn show(report: &Report, as_table: bool, quiet: bool, one_of_several: bool) 
     }
     let whose =
         if one_of_several { format!("{}: {}: ", report.data.path, report.model) } else { String::new() };
-    warnings(report).iter().for_each(|text| remark(&format!("warning: {whose}{text}")));
+    for warning in &report.warnings {
+        remark(&format!("warning: {whose}{warning}{}", hint(warning)));
+    }
     Ok(())
+}
+
+/// The options that a warning suggests, as they are typed: ` (--fix cook-torrance.m=V)`.
+fn hint(warning: &WarningRecord) -> String {
+    let option = |SuggestionRecord { option, value }: &SuggestionRecord| {
+        let option = option.known().map_or_else(|| option.to_string(), typed);
+        if value.is_empty() { option } else { format!("{option} {value}") }
+    };
+    let options: Vec<String> = warning.suggestions.iter().map(option).collect();
+    if options.is_empty() { String::new() } else { format!(" ({})", options.join(", ")) }
 }
 
 /// Prints to standard output; a closed pipe (`brdfit models | head`) ends quietly.

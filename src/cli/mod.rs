@@ -10,7 +10,7 @@ mod progress;
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser};
 use commands::{Command, run};
-use messages::complain;
+use messages::{complain, message};
 use outcome::BAD_INPUT;
 use std::io::Write as _;
 use std::process::ExitCode;
@@ -46,7 +46,7 @@ pub fn main() -> ExitCode {
     match run(&arguments.command) {
         Ok(outcome) => outcome.into(),
         Err(error) => {
-            complain(&error.to_string());
+            complain(&message(&error));
             ExitCode::from(BAD_INPUT)
         }
     }

@@ -1,6 +1,7 @@
 //! Files that are written whole or not at all.
 
 use brdfit::Error;
+use brdfit::error::Place;
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,10 +25,7 @@ impl Output {
             return Ok(Self::Direct(file, path.to_owned()));
         }
         if path.is_dir() {
-            return Err(Error::Usage(format!(
-                "{}: expected a file to write, found a folder",
-                path.display()
-            )));
+            return Err(Error::malformed(path, Place::File, "a file to write", "a folder"));
         }
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -71,13 +69,14 @@ pub fn spares(inputs: &[PathBuf], option: &str, output: Option<&Path>) -> Result
     let output = output.and_then(|path| path.canonicalize().ok()).filter(|path| path.is_file());
     let same = |input: &&PathBuf| output.is_some() && input.canonicalize().ok() == output;
     inputs.iter().find(same).map_or(Ok(()), |input| {
-        Err(Error::Usage(format!("{option} {}: expected another file than the input", input.display())))
+        let subject = format!("{option} {}", input.display());
+        Err(Error::invalid(subject, "another file than the input", "the input"))
     })
 }
 
 /// JSON as it is written to files and to standard output.
 pub fn json(value: &impl serde::Serialize) -> Result<String, Error> {
     let text = serde_json::to_string_pretty(value)
-        .map_err(|e| Error::Usage(format!("the report cannot be written as JSON: {e}")))?;
+        .map_err(|e| Error::Encoding { format: "JSON", reason: e.to_string() })?;
     Ok(text + "\n")
 }

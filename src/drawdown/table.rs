@@ -3,7 +3,7 @@
 //! Two layouts, told apart by the header: a row per patch with a column per channel, or, if any column begins with
 //! `over_`, a row per channel with a column per backing.
 
-use crate::error::{Error, Place, excerpt, short};
+use crate::error::{Error, OptionName, Place, excerpt, short};
 use crate::measurement::formats::File;
 use crate::measurement::formats::csv::records;
 use crate::measurement::{Channel, Source};
@@ -67,7 +67,7 @@ const ONLY_CHANNEL: &str = "reflectance";
 /// Reads a drawdown. `thickness` is that of every row, for a file that has none.
 ///
 /// # Errors
-/// [`Error::Io`], [`Error::Malformed`], [`Error::NoSamples`]; [`Error::Usage`] for a thickness given twice.
+/// [`Error::Io`], [`Error::Malformed`], [`Error::NoSamples`]; [`Error::Unmet`] for a thickness given twice.
 pub fn read(path: &Path, thickness: Option<f64>) -> Result<Drawdown, Error> {
     read_file(File::open(path)?, thickness)
 }
@@ -89,8 +89,12 @@ pub fn read_file(mut file: File<'_>, thickness: Option<f64>) -> Result<Drawdown,
     let at = |place| move |(expected, found): Wrong| Error::malformed(path, place, expected, found);
     let columns = Columns::parse(&header).map_err(at(place))?;
     if thickness.is_some() && columns.thickness.is_some() {
-        let text = format!("--thickness: {} has a column '{THICKNESS}' of its own", path.display());
-        return Err(Error::Usage(text));
+        return Err(Error::Unmet {
+            path: path.to_owned(),
+            option: OptionName::Thickness,
+            expected: format!("a file without a column '{THICKNESS}'"),
+            found: "one".to_owned(),
+        });
     }
     let mut series: Vec<Series> = Vec::new();
     let mut places: HashMap<String, usize> = HashMap::new();

@@ -6,7 +6,7 @@ use super::run::fit;
 use super::verdict::errors::score;
 use super::verdict::result::Fit;
 use super::verdict::warning::Warning;
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use crate::measurement::{Filters, Measurement, Samples};
 use crate::model::Expression;
 use crate::progress::Progress;
@@ -35,7 +35,7 @@ pub fn fit_within(
 /// `target-missed`, where none reaches it.
 ///
 /// # Errors
-/// [`Error::Usage`] for a target that is not positive; like [`fit`].
+/// [`Error::Invalid`] for a target that is not positive; like [`fit`].
 pub fn fit_to_target(
     target: f64,
     measurement: &Measurement,
@@ -52,30 +52,21 @@ pub fn fit_to_target(
         }
         last = Some(found);
     }
-    let mut last =
-        last.ok_or_else(|| Error::Usage("--target-error: expected a budget, found none".to_owned()))?;
+    let mut last = last.ok_or_else(|| Error::invalid(OptionName::TargetError, "a budget", "none"))?;
     let reached = error_on_all(&last, options.metric);
-    last.warnings.push(Warning {
-        kind: "target-missed",
-        parameter: None,
-        text: format!(
-            "the {} error is {reached:.4e} with all samples, above the target of {target}: no budget reaches it; try a \
-             model with another lobe",
-            options.metric.name()
-        ),
-    });
+    last.warnings.push(Warning::TargetMissed { metric: options.metric, reached, target });
     Ok(last)
 }
 
 /// A target that an error can reach.
 ///
 /// # Errors
-/// [`Error::Usage`] unless it is a number above 0.
+/// [`Error::Invalid`] unless it is a number above 0.
 pub fn checked_target(target: f64) -> Result<f64, Error> {
     if target > 0.0 && target.is_finite() {
         return Ok(target);
     }
-    Err(Error::Usage(format!("--target-error: expected a number above 0, found {target}")))
+    Err(Error::invalid(OptionName::TargetError, "a number above 0", target.to_string()))
 }
 
 fn error_on_all(fit: &Fit, metric: Metric) -> f64 {

@@ -33,4 +33,6 @@ pub use verdict::hold_out::HeldOut;
 #[doc(hidden)]
 pub use verdict::hold_out::checked_fraction;
 pub use verdict::result::{Fit, Selection};
-pub use verdict::warning::Warning;
+pub use verdict::warning::{
+    AtBound, NotSeparated, Saturated, Side, Suggestion, Unusable, Warning, WarningKind,
+};

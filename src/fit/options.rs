@@ -2,7 +2,7 @@
 
 use super::problem::loss::LossKind;
 use super::problem::metric::Metric;
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use crate::measurement::Filters;
 use crate::parameters::Settings;
 use crate::solver::{Limits, Observer, SolverKind, StopSignal};
@@ -123,18 +123,17 @@ impl Options {
     /// Checks what has a range.
     ///
     /// # Errors
-    /// [`Error::Usage`] naming the option that is out of its range.
+    /// [`Error::Invalid`] naming the option that is out of its range.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let max_theta = self.filters.max_theta_deg;
         if !(max_theta > 0.0 && max_theta <= 90.0) {
-            return Err(Error::Usage(format!(
-                "largest angle: expected more than 0 and at most 90 degrees, found {max_theta}"
-            )));
+            let expected = "more than 0 and at most 90 degrees";
+            return Err(Error::invalid(OptionName::MaxTheta, expected, max_theta.to_string()));
         }
         // The square of the scale, and that of a residual in its unit, must remain numbers.
         match self.loss_scale {
             Some(scale) if !(1e-100..=1e100).contains(&scale) => {
-                Err(Error::Usage(format!("scale of the loss: expected 1e-100 to 1e100, found {scale}")))
+                Err(Error::invalid(OptionName::LossScale, "1e-100 to 1e100", scale.to_string()))
             }
             _ => Ok(()),
         }

@@ -28,7 +28,7 @@ const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11
 /// Fits `expression` to `measurement`.
 ///
 /// # Errors
-/// [`Error::Usage`] for settings that do not fit, [`Error::NoSamples`] if the filters leave nothing,
+/// [`Error::Invalid`] or [`Error::UnknownName`] for settings that do not fit, [`Error::NoSamples`] if the filters leave nothing,
 /// [`Error::Optimiser`] for a defect. A fit that does not converge is not an error: see [`Fit::unusable`].
 pub fn fit(
     measurement: &Measurement,
@@ -136,7 +136,7 @@ fn prepare(
 
 /// The reader's doubts about a file, as warnings.
 fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
-    measurement.doubts.iter().map(|(kind, text)| Warning { kind, parameter: None, text: text.clone() })
+    measurement.doubts.iter().cloned().map(Warning::Reader)
 }
 
 /// Scores the parameters that `options` set, without a fit.
@@ -158,17 +158,10 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
     let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
     let mut fit = task.judge(&problem, table, solution, found, None)?;
-    fit.warnings.retain(|warning| warning.kind == "not-usable");
+    fit.warnings.retain(|warning| matches!(warning, Warning::NotUsable(_)));
     fit.warnings.splice(0..0, doubts(measurement));
     if !defaults.is_empty() {
-        fit.warnings.push(Warning {
-            kind: "default-used",
-            parameter: defaults.first().cloned(),
-            text: format!(
-                "no value given for {}: the default was used; give one with --set",
-                defaults.join(", ")
-            ),
-        });
+        fit.warnings.push(Warning::DefaultUsed { parameters: defaults });
     }
     Ok(fit)
 }

@@ -44,7 +44,7 @@ impl Directions {
     /// -90 to 90 from the normal, and azimuths. A negative polar angle is on the other side of the normal.
     ///
     /// # Errors
-    /// [`Error::Usage`] naming the first angle that is not finite, or is below the horizon.
+    /// [`Error::Invalid`] naming the first angle that is not finite, or is below the horizon.
     pub fn from_degrees(angles: impl IntoIterator<Item = [f64; 4]>) -> Result<Self, Error> {
         const NAMES: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
         let mut pairs = Vec::new();
@@ -53,10 +53,8 @@ impl Directions {
                 let most = if name.starts_with("theta") { 90.0 } else { f64::MAX };
                 if angle.is_nan() || angle.abs() > most {
                     let expected = if most == 90.0 { "at most 90 degrees" } else { "a finite angle" };
-                    return Err(Error::Usage(format!(
-                        "directions: expected {expected}, found {name} = {angle} in pair {}",
-                        index + 1
-                    )));
+                    let found = format!("{name} = {angle} in pair {}", index + 1);
+                    return Err(Error::invalid("directions", expected, found));
                 }
             }
             let [theta_i, phi_i, theta_o, phi_o] = angles.map(f64::to_radians);
@@ -69,16 +67,14 @@ impl Directions {
     /// need not be unit.
     ///
     /// # Errors
-    /// [`Error::Usage`] naming the first vector that is not finite, is 0, or points below the horizon.
+    /// [`Error::Invalid`] naming the first vector that is not finite, is 0, or points below the horizon.
     pub fn from_vectors(vectors: impl IntoIterator<Item = (DVec3, DVec3)>) -> Result<Self, Error> {
         let mut pairs = Vec::new();
         for (index, (wi, wo)) in vectors.into_iter().enumerate() {
             for (name, v) in [("wi", wi), ("wo", wo)] {
                 if v.try_normalize().is_none() || v.z < 0.0 {
-                    return Err(Error::Usage(format!(
-                        "directions: expected a vector above the horizon, found {name} = {v} in pair {}",
-                        index + 1
-                    )));
+                    let found = format!("{name} = {v} in pair {}", index + 1);
+                    return Err(Error::invalid("directions", "a vector above the horizon", found));
                 }
             }
             pairs.push(Pair { wi: wi.normalize(), wo: wo.normalize() });

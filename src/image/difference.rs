@@ -58,7 +58,7 @@ pub struct DeltaE2000 {
 /// Compares an image with the measured one over the pixels where `mask` is true.
 ///
 /// # Errors
-/// [`Error::Usage`] if the images and the mask differ in size, if no pixel is in the mask, or if one of those is not finite.
+/// [`Error::Invalid`] if the images and the mask differ in size, if no pixel is in the mask, or if one of those is not finite.
 pub fn differences(measured: &Image, other: &Image, mask: &[bool]) -> Result<Differences, Error> {
     let exposure = exposure(measured, mask)?;
     let delta_e = delta_e_2000(measured, other, mask, exposure)?;
@@ -91,7 +91,7 @@ pub fn differences(measured: &Image, other: &Image, mask: &[bool]) -> Result<Dif
 /// What takes the 99th percentile of the object's luminance to 1; 1 where that is not positive.
 ///
 /// # Errors
-/// [`Error::Usage`] if the mask is of another size, if no pixel is in it, or if one of those is not finite.
+/// [`Error::Invalid`] if the mask is of another size, if no pixel is in it, or if one of those is not finite.
 pub fn exposure(image: &Image, mask: &[bool]) -> Result<f64, Error> {
     check(image, mask)?;
     let mut sorted: Vec<f64> = object(image, mask).map(luminance).collect();
@@ -103,7 +103,7 @@ pub fn exposure(image: &Image, mask: &[bool]) -> Result<f64, Error> {
 /// CIEDE2000 per pixel of the images after `exposure` and clipping to 0..1; 0 outside the mask.
 ///
 /// # Errors
-/// [`Error::Usage`] as for [`differences`].
+/// [`Error::Invalid`] as for [`differences`].
 pub fn delta_e_2000(
     measured: &Image,
     other: &Image,
@@ -114,7 +114,7 @@ pub fn delta_e_2000(
     check(other, mask)?;
     if (measured.width, measured.height) != (other.width, other.height) {
         let [a, b] = [measured, other].map(|image| format!("{} x {}", image.width, image.height));
-        return Err(Error::Usage(format!("images: expected two of a size, found {a} and {b}")));
+        return Err(Error::invalid("images", "two of a size", format!("{a} and {b}")));
     }
     let shown = |pixel: [f64; 3]| lab(pixel.map(|value| clip(value * exposure)));
     let pixels = measured.pixels.par_iter().zip(&other.pixels).zip(mask);
@@ -124,10 +124,11 @@ pub fn delta_e_2000(
 /// |a - b| per channel and pixel: an image of what two images disagree on.
 ///
 /// # Errors
-/// [`Error::Usage`] if they differ in size.
+/// [`Error::Invalid`] if they differ in size.
 pub fn absolute_difference(a: &Image, b: &Image) -> Result<Image, Error> {
     if (a.width, a.height, a.pixels.len()) != (b.width, b.height, b.pixels.len()) {
-        return Err(Error::Usage("images: expected two of a size".to_owned()));
+        let [a, b] = [a, b].map(|image| format!("{} x {}", image.width, image.height));
+        return Err(Error::invalid("images", "two of a size", format!("{a} and {b}")));
     }
     let pixels = a.pixels.iter().zip(&b.pixels);
     let apart = |([ar, ag, ab], [br, bg, bb]): (&[f64; 3], &[f64; 3])| {
@@ -164,13 +165,13 @@ fn check(image: &Image, mask: &[bool]) -> Result<(), Error> {
     image.check()?;
     if image.pixels.len() != mask.len() {
         let (expected, found) = (image.pixels.len(), mask.len());
-        return Err(Error::Usage(format!("mask: expected {expected} pixels, found {found}")));
+        return Err(Error::invalid("mask", format!("{expected} pixels"), found.to_string()));
     }
     if !mask.contains(&true) {
-        return Err(Error::Usage("mask: expected at least one pixel of the object, found none".to_owned()));
+        return Err(Error::invalid("mask", "at least one pixel of the object", "none"));
     }
     if object(image, mask).flatten().any(|value| !value.is_finite()) {
-        return Err(Error::Usage("image: expected finite radiance, found NaN or infinity".to_owned()));
+        return Err(Error::invalid("image", "finite radiance", "NaN or infinity"));
     }
     Ok(())
 }

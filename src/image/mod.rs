@@ -39,7 +39,7 @@ impl Image {
     /// An image of these pixels.
     ///
     /// # Errors
-    /// [`Error::Usage`] if there are not `width` times `height` of them, or none.
+    /// [`Error::Invalid`] if there are not `width` times `height` of them, or none.
     pub fn new(width: usize, height: usize, pixels: Vec<[f64; 3]>) -> Result<Self, Error> {
         let image = Self { width, height, pixels };
         image.check().map(|()| image)
@@ -53,7 +53,8 @@ impl Image {
             return Ok(());
         }
         let found = self.pixels.len();
-        Err(Error::Usage(format!("image: expected {width} x {height} pixels, at least one, found {found}")))
+        let expected = format!("{width} x {height} pixels, at least one");
+        Err(Error::invalid("image", expected, found.to_string()))
     }
 
     /// The image with every value multiplied by `exposure`.

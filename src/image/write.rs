@@ -20,7 +20,7 @@ const ATTRIBUTE: &str = "brdfit";
 /// that orders them anew in every run.
 ///
 /// # Errors
-/// [`Error::Usage`] if the number of pixels does not match, or the text is empty.
+/// [`Error::Invalid`] if the number of pixels does not match, [`Error::Encoding`] if the text is empty.
 pub fn exr(image: &Image, text: &str) -> Result<Vec<u8>, Error> {
     image.check()?;
     let mut rows = image.pixels.chunks_exact(image.width).map(<[[f64; 3]]>::to_vec).collect::<Vec<_>>();
@@ -42,21 +42,21 @@ pub fn exr(image: &Image, text: &str) -> Result<Vec<u8>, Error> {
     file.write()
         .non_parallel()
         .to_buffered(&mut bytes)
-        .map_err(|error| Error::Usage(format!("image: cannot be written as EXR: {error}")))?;
+        .map_err(|error| Error::Encoding { format: "EXR", reason: error.to_string() })?;
     Ok(bytes.into_inner())
 }
 
 /// PNG: eight bits per channel with the transfer curve of sRGB, after `exposure` and clipping to 0..1.
 ///
 /// # Errors
-/// [`Error::Usage`] if the number of pixels does not match, or a side is longer than the format can say.
+/// [`Error::Invalid`] if the number of pixels does not match, or a side is longer than the format can say.
 pub fn png(image: &Image, exposure: f64) -> Result<Vec<u8>, Error> {
     image.check()?;
     let side = |n: usize| {
-        u32::try_from(n).map_err(|_| Error::Usage(format!("image: {n} pixels are too many for a PNG's side")))
+        let expected = || format!("at most {} pixels on a side of a PNG", u32::MAX);
+        u32::try_from(n).map_err(|_| Error::invalid("image", expected(), n.to_string()))
     };
-    let failed =
-        |error: png::EncodingError| Error::Usage(format!("image: cannot be written as PNG: {error}"));
+    let failed = |error: png::EncodingError| Error::Encoding { format: "PNG", reason: error.to_string() };
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, side(image.width)?, side(image.height)?);
     encoder.set_color(png::ColorType::Rgb);
@@ -74,7 +74,7 @@ pub fn png(image: &Image, exposure: f64) -> Result<Vec<u8>, Error> {
 /// All are taken at one exposure: apply [`Image::exposed`] first where theirs differ.
 ///
 /// # Errors
-/// [`Error::Usage`] if there is none, or the number of pixels of one does not match.
+/// [`Error::Invalid`] if there is none, or the number of pixels of one does not match.
 pub fn side_by_side(images: &[&Image]) -> Result<Image, Error> {
     /// Width of the line between two images, pixels.
     const GAP: usize = 4;
@@ -106,7 +106,7 @@ const MAP: [[f64; 3]; 5] =
 /// A map of values as an image to be shown at exposure 1: violet at 0, yellow at `top` and beyond, black outside the mask.
 ///
 /// # Errors
-/// [`Error::Usage`] if the number of values does not match.
+/// [`Error::Invalid`] if the number of values does not match.
 pub fn false_colour(
     width: usize,
     height: usize,

@@ -20,7 +20,7 @@ impl Measurement {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Usage`] without a channel, for a name that is empty or has control characters, for two channels
+    /// [`Error::Invalid`] without a channel, for a name that is empty or has control characters, for two channels
     /// of the same name, for another number of values than of
     /// directions, and for a value that is not finite.
     pub fn new<Name: AsRef<str>>(
@@ -31,16 +31,12 @@ impl Measurement {
         let channels: Vec<Channel> = names.iter().map(|name| Channel::named(name.as_ref())).collect();
         for (index, channel) in channels.iter().enumerate() {
             if channel.name.is_empty() || channel.name.contains(char::is_control) {
-                let name = excerpt(&channel.name);
-                return Err(Error::Usage(format!(
-                    "measurement: expected the name of a channel, without control characters, found {name}"
-                )));
+                let expected = "the name of a channel, without control characters";
+                return Err(Error::invalid("measurement", expected, excerpt(&channel.name)));
             }
             if channels.iter().take(index).any(|earlier| earlier.name == channel.name) {
-                let name = excerpt(&channel.name);
-                return Err(Error::Usage(format!(
-                    "measurement: expected channels of different names, found two {name}"
-                )));
+                let found = format!("two {}", excerpt(&channel.name));
+                return Err(Error::invalid("measurement", "channels of different names", found));
             }
         }
         let measurement = Self {
@@ -61,7 +57,7 @@ impl Measurement {
     /// channels. [`Weighting::Sigma`](super::Weighting::Sigma) weights samples by them, which are then above 0.
     ///
     /// # Errors
-    /// [`Error::Usage`] for another number of channels or of deviations, and for one that is negative or not finite.
+    /// [`Error::Invalid`] for another number of channels or of deviations, and for one that is negative or not finite.
     pub fn with_sigma(self, sigma: Vec<Vec<f64>>) -> Result<Self, Error> {
         let measurement = Self { sigma: Some(sigma), ..self };
         measurement.check_lengths()?;
@@ -82,24 +78,20 @@ impl Measurement {
     pub(super) fn check_lengths(&self) -> Result<(), Error> {
         let (channels, samples) = (self.channels.len(), self.directions.len());
         if channels == 0 {
-            return Err(Error::Usage("measurement: expected at least one channel, found none".to_owned()));
+            return Err(Error::invalid("measurement", "at least one channel", "none"));
         }
         let rows = std::iter::once((&self.values, "values"));
         let rows = rows.chain(self.sigma.iter().map(|sigma| (sigma, "standard deviations")));
         for (rows, what) in rows {
             if rows.len() != channels {
-                return Err(Error::Usage(format!(
-                    "measurement: expected {what} of {channels} channels, found {}",
-                    rows.len()
-                )));
+                let expected = format!("{what} of {channels} channels");
+                return Err(Error::invalid("measurement", expected, rows.len().to_string()));
             }
             for (row, channel) in rows.iter().zip(&self.channels) {
                 if row.len() != samples {
-                    return Err(Error::Usage(format!(
-                        "measurement: expected {samples} {what} of channel {}, one per pair of directions, found {}",
-                        excerpt(&channel.name),
-                        row.len()
-                    )));
+                    let name = excerpt(&channel.name);
+                    let expected = format!("{samples} {what} of channel {name}, one per pair of directions");
+                    return Err(Error::invalid("measurement", expected, row.len().to_string()));
                 }
             }
         }
@@ -113,11 +105,9 @@ impl Measurement {
             if let Some((index, value)) =
                 row.iter().enumerate().find(|(_, v)| !(v.is_finite() && **v >= least))
             {
-                return Err(Error::Usage(format!(
-                    "measurement: expected finite {what}{range}, found {value} for sample {} of channel {}",
-                    index + 1,
-                    excerpt(&channel.name)
-                )));
+                let name = excerpt(&channel.name);
+                let found = format!("{value} for sample {} of channel {name}", index + 1);
+                return Err(Error::invalid("measurement", format!("finite {what}{range}"), found));
             }
         }
         Ok(())

@@ -21,6 +21,7 @@ pub use samples::{Filters, Samples, Weighting};
 
 use crate::geometry::Directions;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::PathBuf;
 
 /// One spectral band.
@@ -66,6 +67,28 @@ pub struct Source {
     pub sha256: String,
 }
 
+/// A doubt whether a file means what it says.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Doubt {
+    /// All directions are so close to the normal that the angles may be in radians.
+    SuspiciousAngles {
+        /// The largest angle to the normal, degrees.
+        steepest_deg: f64,
+    },
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::SuspiciousAngles { steepest_deg } = self;
+        write!(
+            f,
+            "no direction is more than {steepest_deg:.2} degrees from the normal: if the file's angles are in radians, \
+             convert them to degrees"
+        )
+    }
+}
+
 /// A measured BRDF: from arrays by [`Measurement::new`], from a file by [`Measurement::read`].
 ///
 /// Values are f in 1/sr, per channel and sample, with `NaN` nowhere: cells that a table marks as invalid
@@ -85,8 +108,8 @@ pub struct Measurement {
     pub sigma: Option<Vec<Vec<f64>>>,
     /// Samples left out when reading, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
-    /// Doubts of the reader about the file: kind, and what it is and what to do.
-    pub doubts: Vec<(&'static str, String)>,
+    /// Doubts of the reader about the file.
+    pub doubts: Vec<Doubt>,
 }
 
 impl Measurement {

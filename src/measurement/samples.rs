@@ -1,7 +1,7 @@
 //! The samples that a fit uses, and their weights.
 
 use super::Measurement;
-use crate::error::Error;
+use crate::error::{Error, OptionName, short};
 use crate::geometry::{Directions, Geometry};
 use crate::math::count;
 use rand::{RngExt, SeedableRng};
@@ -105,7 +105,7 @@ impl Samples {
     /// The samples of `measurement` that pass `filters`.
     ///
     /// # Errors
-    /// [`Error::NoSamples`] if none does; [`Error::Usage`] for weights that the data cannot give, and for a measurement whose
+    /// [`Error::NoSamples`] if none does; [`Error::Unmet`] for weights that the data cannot give, [`Error::Invalid`] for a measurement whose
     /// channels have another number of values than there are directions.
     pub fn select(measurement: &Measurement, filters: &Filters) -> Result<Self, Error> {
         measurement.check_lengths()?;
@@ -140,11 +140,12 @@ impl Samples {
             Weighting::SolidAngle | Weighting::Uniform => None,
         };
         if weighting == Weighting::SolidAngle && !grid {
-            return Err(Error::Usage(format!(
-                "{}: --weights solid-angle needs a half/difference grid; scattered directions cover no known \
-                 solid angles: use uniform or sigma",
-                measurement.source.path.display()
-            )));
+            return Err(Error::Unmet {
+                path: measurement.source.path.clone(),
+                option: OptionName::Weights,
+                expected: "uniform or sigma, or a half/difference grid for solid-angle".to_owned(),
+                found: "scattered directions, which cover no known solid angles".to_owned(),
+            });
         }
 
         // All threads fill the rows, but one makes them: an allocator with memory for each thread, as glibc's,
@@ -252,20 +253,19 @@ fn stratify(keep: &mut [bool], many: usize, wanted: usize, seed: u64) {
 
 /// The standard deviations of a file that gives positive ones.
 fn usable_sigma(measurement: &Measurement) -> Result<&Vec<Vec<f64>>, Error> {
-    let path = measurement.source.path.display();
+    let unmet = |expected: &str, found: String| Error::Unmet {
+        path: measurement.source.path.clone(),
+        option: OptionName::Weights,
+        expected: expected.to_owned(),
+        found,
+    };
     let Some(sigma) = &measurement.sigma else {
-        return Err(Error::Usage(format!(
-            "{path}: --weights sigma needs a column 'sigma' or 'sigma_<channel>' in the file"
-        )));
+        return Err(unmet("a column 'sigma' or 'sigma_<channel>' in the file for sigma", "none".to_owned()));
     };
     for (row, channel) in sigma.iter().zip(&measurement.channels) {
         if let Some((index, value)) = row.iter().enumerate().find(|(_, s)| **s <= 0.0) {
-            return Err(Error::Usage(format!(
-                "{path}: --weights sigma needs positive standard deviations, found {value} for channel {} of \
-                 sample {}",
-                channel.name,
-                index + 1
-            )));
+            let found = format!("{value} for channel {} of sample {}", short(&channel.name), index + 1);
+            return Err(unmet("positive standard deviations for sigma", found));
         }
     }
     Ok(sigma)

@@ -1,6 +1,6 @@
 //! The variants that a model offers, and those that an expression chose.
 
-use crate::error::{Error, excerpt};
+use crate::error::{Error, NameKind, excerpt};
 
 /// A choice that a model offers, such as `d=ggx`.
 #[derive(Clone, Copy, Debug)]
@@ -31,23 +31,22 @@ impl Choices {
     /// The choices for a model whose expression says `given`.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an option or value that the model does not have, or one given twice.
+    /// [`Error::UnknownName`] or [`Error::Invalid`] for an option or value that the model does not have, or one given twice.
     pub(super) fn complete(
         model: &str,
         options: &[ModelOption],
         given: &[(String, String)],
     ) -> Result<Self, Error> {
-        let keys = || options.iter().map(|o| o.key).collect::<Vec<_>>().join(", ");
         for (index, (key, _)) in given.iter().enumerate() {
             if !options.iter().any(|o| o.key == key) {
-                let expected = if options.is_empty() { "no options".to_owned() } else { keys() };
-                return Err(Error::Usage(format!(
-                    "{model}: expected {expected}, found option {}",
-                    excerpt(key)
-                )));
+                if options.is_empty() {
+                    return Err(Error::invalid(model, "no options", excerpt(key)));
+                }
+                let keys: Vec<&str> = options.iter().map(|o| o.key).collect();
+                return Err(Error::unknown(model, NameKind::ModelOption, &keys, key));
             }
             if given.iter().take(index).any(|(k, _)| k == key) {
-                return Err(Error::Usage(format!("{model}: option {} is given twice", excerpt(key))));
+                return Err(Error::invalid(model, format!("option {} once", excerpt(key)), "it twice"));
             }
         }
         let mut chosen = Vec::new();
@@ -56,12 +55,7 @@ impl Choices {
             let wanted =
                 given.iter().find(|(k, _)| k == option.key).map_or(option.default, |(_, v)| v.as_str());
             let Some(value) = values.iter().find(|v| **v == wanted) else {
-                return Err(Error::Usage(format!(
-                    "{model}: expected {}={}, found {}",
-                    option.key,
-                    values.join("|"),
-                    excerpt(wanted)
-                )));
+                return Err(Error::unknown(model, NameKind::ValueOf(option.key), &values, wanted));
             };
             chosen.push((option.key, *value));
         }

@@ -1,7 +1,7 @@
 //! Sums of models in writing: `lambert + cook-torrance(d=ggx)`.
 
 use super::{AnyModel, BasisBlock, Choices, Derivatives, REGISTRY};
-use crate::error::{Error, excerpt};
+use crate::error::{Error, NameKind, excerpt};
 use crate::geometry::{Block, Directions, Geometry, Row};
 use crate::math::Scalar;
 
@@ -45,7 +45,7 @@ impl Expression {
     /// Reads `lambert + cook-torrance(d=beckmann, g=v-cavity)`.
     ///
     /// # Errors
-    /// [`Error::Usage`] naming the part that is not understood.
+    /// [`Error::UnknownName`] or [`Error::Invalid`] naming the part that is not understood.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let mut lobes: Vec<Lobe> = Vec::new();
         for term in text.split('+') {
@@ -53,11 +53,7 @@ impl Expression {
             let (name, given) = split_term(term)?;
             let Some(entry) = REGISTRY.iter().find(|entry| entry.name == name) else {
                 let names: Vec<&str> = REGISTRY.iter().map(|entry| entry.name).collect();
-                return Err(Error::Usage(format!(
-                    "model: expected one of {}, found {}",
-                    names.join(", "),
-                    excerpt(name)
-                )));
+                return Err(Error::unknown("model", NameKind::Model, &names, name));
             };
             let (model, choices) = entry.build(&given)?;
             let earlier = lobes.iter().filter(|lobe| lobe.model.name() == entry.name).count();
@@ -179,8 +175,7 @@ type Given = Vec<(String, String)>;
 
 /// Splits `name(key=value, key=value)`.
 fn split_term(term: &str) -> Result<(&str, Given), Error> {
-    let wrong =
-        |expected: &str| Err(Error::Usage(format!("model: expected {expected}, found {}", excerpt(term))));
+    let wrong = |expected: &str| Err(Error::invalid("model", expected, excerpt(term)));
     let Some((name, rest)) = term.split_once('(') else {
         return if term.is_empty() || term.contains(')') {
             wrong("terms such as 'lambert' or 'cook-torrance(d=ggx)' joined by '+'")
@@ -228,7 +223,7 @@ mod tests {
             ("lambrt", "found 'lambrt'"),
             ("lambert(d=ggx)", "no options"),
             ("cook-torrance(d=ggy)", "found 'ggy'"),
-            ("cook-torrance(d=ggx, d=ggx)", "given twice"),
+            ("cook-torrance(d=ggx, d=ggx)", "found it twice"),
             ("cook-torrance(ggx)", "choices such as"),
             ("cook-torrance(d=ggx", "')' at the end"),
         ] {

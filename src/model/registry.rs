@@ -43,7 +43,7 @@ impl ModelEntry {
     /// The model with the choices in `given`, defaults elsewhere.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an option or value that the model does not have.
+    /// [`Error::UnknownName`] or [`Error::Invalid`] for an option or value that the model does not have.
     pub fn build(&self, given: &[(String, String)]) -> Result<(AnyModel, Choices), Error> {
         let choices = Choices::complete(self.name, self.options, given)?;
         Ok(((self.build)(&choices), choices))

@@ -1,6 +1,6 @@
 //! Which parameters a user means, and what shall become of them.
 
-use crate::error::{Error, excerpt, listed, short};
+use crate::error::{Error, NameKind, excerpt, short};
 use crate::model::ParamSpec;
 use std::fmt;
 
@@ -18,14 +18,12 @@ impl Selector {
     /// Reads a parameter's name.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a text that cannot be one.
+    /// [`Error::Invalid`] for a text that cannot be one.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let text = text.trim();
         let wrong = || {
-            Error::Usage(format!(
-                "parameter: expected a name such as 'm', 'lambert.kd.r' or 'cook-torrance#2.f0[700]', found {}",
-                excerpt(text)
-            ))
+            let expected = "a name such as 'm', 'lambert.kd.r' or 'cook-torrance#2.f0[700]'";
+            Error::invalid("parameter", expected, excerpt(text))
         };
         let (name, bracketed) = match text.split_once('[') {
             Some((name, rest)) => (name, Some(rest.strip_suffix(']').ok_or_else(wrong)?.to_owned())),
@@ -136,17 +134,14 @@ pub(super) fn resolve(
         }
         ([first, second], None) => (Some(first), second, None),
         ([lobe, name, channel], None) => (Some(lobe), name, Some(channel)),
-        _ => return Err(Error::Usage(format!("{selector}: not a parameter"))),
+        _ => return Err(Error::invalid("parameter", "a name", excerpt(&selector.to_string()))),
     };
     let lobe = match lobe {
         None => None,
-        Some(lobe) => Some(find_lobe(lobe).ok_or_else(|| {
-            Error::Usage(format!(
-                "{selector}: expected a lobe among {}, found {}",
-                listed(lobes),
-                excerpt(lobe)
-            ))
-        })?),
+        Some(lobe) => Some(
+            find_lobe(lobe)
+                .ok_or_else(|| Error::unknown(selector.to_string(), NameKind::Lobe, lobes, lobe))?,
+        ),
     };
     let holders: Vec<usize> = specs
         .iter()
@@ -162,11 +157,7 @@ pub(super) fn resolve(
             for (lobe, lobe_specs) in lobes.iter().zip(specs) {
                 known.extend(lobe_specs.iter().map(|spec| format!("{lobe}.{}", spec.name)));
             }
-            return Err(Error::Usage(format!(
-                "{selector}: expected a parameter among {}, found {}",
-                listed(&known),
-                excerpt(name)
-            )));
+            return Err(Error::unknown(selector.to_string(), NameKind::Parameter, &known, name));
         }
         [_] => {}
         several => {
@@ -175,21 +166,17 @@ pub(super) fn resolve(
                 .filter_map(|index| lobes.get(*index))
                 .map(|lobe| format!("{lobe}.{name}"))
                 .collect();
-            return Err(Error::Usage(format!(
-                "{selector}: several lobes have one: name {}",
-                names.join(" or ")
-            )));
+            return Err(Error::AmbiguousParameter { name: selector.to_string(), candidates: names });
         }
     }
     let channel = match channel {
         None => None,
-        Some(wanted) => Some(channels.iter().position(|channel| channel == wanted).ok_or_else(|| {
-            Error::Usage(format!(
-                "{selector}: expected a channel among {}, found {}",
-                listed(channels),
-                excerpt(wanted)
-            ))
-        })?),
+        Some(wanted) => Some(
+            channels
+                .iter()
+                .position(|channel| channel == wanted)
+                .ok_or_else(|| Error::unknown(selector.to_string(), NameKind::Channel, channels, wanted))?,
+        ),
     };
     Ok((lobe, name.clone(), channel))
 }

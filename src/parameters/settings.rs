@@ -1,7 +1,7 @@
 //! What a user wants of parameters, as text: `P=V`, `P=LO..HI`, `P=Q`, `P`.
 
 use super::selector::{Selector, Setting, Settings};
-use crate::error::{Error, excerpt};
+use crate::error::{Error, OptionName, excerpt};
 use crate::model::parts::fresnel::{Known, NAMES, f0_of_eta, known_f0};
 
 /// What a user wants of parameters: texts as the command line takes them, kind by kind.
@@ -27,7 +27,7 @@ impl SettingTexts {
     /// The settings, kind by kind.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a text of another form.
+    /// [`Error::Invalid`] for a text of another form.
     pub fn settings(&self) -> Result<Settings, Error> {
         let mut settings = Vec::new();
         for text in &self.per_channel {
@@ -41,45 +41,44 @@ impl SettingTexts {
             settings.push((Selector::parse(text)?, Setting::Free));
         }
         settings.extend(ranges(&self.bounds)?);
-        settings.extend(values("--init", &self.init, Setting::Init)?);
-        settings.extend(values("--fix", &self.fix, Setting::Fix)?);
+        settings.extend(values(OptionName::Init, &self.init, Setting::Init)?);
+        settings.extend(values(OptionName::Fix, &self.fix, Setting::Fix)?);
         for text in &self.tie {
-            let (name, other) = split("--tie", text, "P=Q")?;
+            let (name, other) = split(OptionName::Tie, text, "P=Q")?;
             settings.push((Selector::parse(name)?, Setting::Tie(Selector::parse(other)?)));
         }
         Ok(settings)
     }
 
-    /// The options as given, for the report.
+    /// The options as given, each with the option that it was given to.
     #[must_use]
-    pub fn as_given(&self) -> Vec<String> {
+    pub fn as_given(&self) -> Vec<(OptionName, &str)> {
         let kinds = [
-            ("--fix", &self.fix),
-            ("--init", &self.init),
-            ("--bounds", &self.bounds),
-            ("--free", &self.free),
-            ("--tie", &self.tie),
-            ("--per-channel", &self.per_channel),
-            ("--shared", &self.shared),
+            (OptionName::Fix, &self.fix),
+            (OptionName::Init, &self.init),
+            (OptionName::Bounds, &self.bounds),
+            (OptionName::Free, &self.free),
+            (OptionName::Tie, &self.tie),
+            (OptionName::PerChannel, &self.per_channel),
+            (OptionName::Shared, &self.shared),
         ];
-        kinds
-            .iter()
-            .flat_map(|(kind, texts)| texts.iter().map(move |text| format!("{kind} {text}")))
-            .collect()
+        kinds.iter().flat_map(|(option, texts)| texts.iter().map(|text| (*option, text.as_str()))).collect()
     }
 }
 
 /// Settings of the form `P=LO..HI`.
 ///
 /// # Errors
-/// [`Error::Usage`] for a text of another form.
+/// [`Error::Invalid`] for a text of another form.
 pub fn ranges(texts: &[String]) -> Result<Settings, Error> {
     const FORM: &str = "P=LO..HI";
     let range = |text: &String| {
-        let (name, range) = split("--bounds", text, FORM)?;
-        let (low, high) = range.split_once("..").ok_or_else(|| wrong("--bounds", text, FORM))?;
-        let bounds =
-            Setting::Bounds(number("--bounds", text, low, FORM)?, number("--bounds", text, high, FORM)?);
+        let (name, range) = split(OptionName::Bounds, text, FORM)?;
+        let (low, high) = range.split_once("..").ok_or_else(|| wrong(OptionName::Bounds, text, FORM))?;
+        let bounds = Setting::Bounds(
+            number(OptionName::Bounds, text, low, FORM)?,
+            number(OptionName::Bounds, text, high, FORM)?,
+        );
         Ok((Selector::parse(name)?, bounds))
     };
     texts.iter().map(range).collect()
@@ -87,12 +86,16 @@ pub fn ranges(texts: &[String]) -> Result<Settings, Error> {
 
 /// Settings of the form `P=V`.
 ///
-/// For f0 the value may also be a material's name or `eta:` and an index of refraction. `option` is what error messages
-/// call the origin of the texts.
+/// For f0 the value may also be a material's name or `eta:` and an index of refraction. `option` is where the
+/// texts come from, for error messages.
 ///
 /// # Errors
-/// [`Error::Usage`] for a text of another form.
-pub fn values(option: &str, texts: &[String], setting: impl Fn(f64) -> Setting) -> Result<Settings, Error> {
+/// [`Error::Invalid`] for a text of another form.
+pub fn values(
+    option: OptionName,
+    texts: &[String],
+    setting: impl Fn(f64) -> Setting,
+) -> Result<Settings, Error> {
     let mut settings = Vec::new();
     for text in texts {
         let (name, value) = split(option, text, "P=V")?;
@@ -119,16 +122,13 @@ pub fn values(option: &str, texts: &[String], setting: impl Fn(f64) -> Setting) 
 /// The channels in which the colour of a metal is known.
 const RGB: [&str; 3] = ["r", "g", "b"];
 
-fn only_rgb(option: &str, text: &str) -> Error {
-    Error::Usage(format!(
-        "{option}: expected channels r, g and b for the colour of a metal, found {}",
-        excerpt(text)
-    ))
+fn only_rgb(option: OptionName, text: &str) -> Error {
+    Error::invalid(option, "channels r, g and b for the colour of a metal", excerpt(text))
 }
 
 /// f0 where it is given by a material's name or by `eta:` and an index.
 fn normal_incidence(
-    option: &str,
+    option: OptionName,
     text: &str,
     selector: &Selector,
     value: &str,
@@ -148,15 +148,15 @@ fn normal_incidence(
     known.map(Some).ok_or_else(|| wrong(option, text, &form()))
 }
 
-fn wrong(option: &str, text: &str, form: &str) -> Error {
-    Error::Usage(format!("{option}: expected {form}, found {}", excerpt(text)))
+fn wrong(option: OptionName, text: &str, form: &str) -> Error {
+    Error::invalid(option, form, excerpt(text))
 }
 
-fn split<'a>(option: &str, text: &'a str, form: &str) -> Result<(&'a str, &'a str), Error> {
+fn split<'a>(option: OptionName, text: &'a str, form: &str) -> Result<(&'a str, &'a str), Error> {
     text.split_once('=').ok_or_else(|| wrong(option, text, form))
 }
 
-fn number(option: &str, text: &str, value: &str, form: &str) -> Result<f64, Error> {
+fn number(option: OptionName, text: &str, value: &str, form: &str) -> Result<f64, Error> {
     let number = value.trim().parse().ok().filter(|v: &f64| v.is_finite());
     number.ok_or_else(|| wrong(option, text, &format!("{form} with numbers")))
 }

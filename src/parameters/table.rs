@@ -2,7 +2,7 @@
 
 use super::row::{ParameterRow, ParameterValue, Status};
 use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
-use crate::error::Error;
+use crate::error::{Error, OptionName, Subject};
 use crate::model::{Expression, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing};
 
 /// Values closer than this, as a ratio or as a share of the typical range, belong to the same minimum.
@@ -39,7 +39,7 @@ impl ParameterTable {
     /// know the half vector's azimuth: parameters that only it tells apart are tied.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a setting that names nothing, or does not fit.
+    /// [`Error::UnknownName`] for a setting that names nothing, [`Error::Invalid`] for one that does not fit.
     pub fn new(
         expression: &Expression,
         channels: &[String],
@@ -57,7 +57,7 @@ impl ParameterTable {
             };
             let (lobe, name, channel) = resolve(selector, &lobes, &specs, channels)?;
             if channel.is_some() {
-                return Err(Error::Usage(format!("{selector}: expected a parameter without a channel")));
+                return Err(Error::invalid(selector.to_string(), "a parameter without a channel", "one"));
             }
             for (index, lobe_specs) in specs.iter_mut().enumerate() {
                 for spec in
@@ -192,9 +192,11 @@ impl ParameterTable {
             match target {
                 Some(target) if target != index => self.rows[index].status = Status::Tied(target),
                 _ => {
-                    return Err(Error::Usage(format!(
-                        "--tie {selector}={other}: expected two different parameters with the same channels"
-                    )));
+                    return Err(Error::invalid(
+                        Subject::OptionOf(OptionName::Tie, format!("{selector}={other}")),
+                        "two different parameters with the same channels",
+                        "others",
+                    ));
                 }
             }
         }
@@ -203,30 +205,25 @@ impl ParameterTable {
 
     /// Checks values against bounds, ties against each other, and lists what is free.
     fn finish(&mut self) -> Result<(), Error> {
+        let bounds_of = |name| Subject::OptionOf(OptionName::Bounds, name);
         for index in 0..self.rows.len() {
             let name = self.name(index);
             let row = &mut self.rows[index];
             let (lower, upper) = row.bounds;
             if lower.partial_cmp(&upper) != Some(std::cmp::Ordering::Less) {
-                return Err(Error::Usage(format!(
-                    "--bounds {name}: expected the lower bound below the upper, found {lower}..{upper}"
-                )));
+                let expected = "the lower bound below the upper";
+                return Err(Error::invalid(bounds_of(name), expected, format!("{lower}..{upper}")));
             }
             if row.spec.scale == Scale::Square && lower < 0.0 {
-                return Err(Error::Usage(format!(
-                    "--bounds {name}: expected a lower bound of at least 0, found {lower}"
-                )));
+                let expected = "a lower bound of at least 0";
+                return Err(Error::invalid(bounds_of(name), expected, lower.to_string()));
             }
             if row.spec.scale == Scale::Log && lower <= 0.0 {
-                return Err(Error::Usage(format!(
-                    "--bounds {name}: expected a lower bound above 0, found {lower}"
-                )));
+                return Err(Error::invalid(bounds_of(name), "a lower bound above 0", lower.to_string()));
             }
             if row.given && !(row.value >= lower && row.value <= upper) {
-                return Err(Error::Usage(format!(
-                    "{name}: expected a value within its bounds {lower}..{upper}, found {}",
-                    row.value
-                )));
+                let expected = format!("a value within its bounds {lower}..{upper}");
+                return Err(Error::invalid(name, expected, row.value.to_string()));
             }
             row.value = row.value.clamp(lower, upper);
             row.initial = row.value;
@@ -239,7 +236,11 @@ impl ParameterTable {
                 target = next;
                 steps += 1;
                 if steps > self.rows.len() {
-                    return Err(Error::Usage(format!("--tie {}: ties form a circle", self.name(index))));
+                    return Err(Error::invalid(
+                        Subject::OptionOf(OptionName::Tie, self.name(index)),
+                        "ties that end at a parameter",
+                        "a circle",
+                    ));
                 }
             }
             if target != index {
@@ -319,7 +320,7 @@ impl ParameterTable {
     /// The rows that a selector names, at least one, with their indices.
     ///
     /// # Errors
-    /// [`Error::Usage`] if it names none, or parameters of several lobes.
+    /// [`Error::UnknownName`] if it names none, [`Error::AmbiguousParameter`] if it names parameters of several lobes.
     pub(crate) fn rows_named(&self, selector: &Selector) -> Result<Vec<(usize, &ParameterRow)>, Error> {
         let mut specs = vec![Vec::new(); self.lobes.len()];
         self.rows.iter().for_each(|row| specs[row.lobe].push(row.spec.clone()));
@@ -493,9 +494,7 @@ impl ParameterTable {
             .map(|(index, _)| index)
             .collect();
         if rows.is_empty() {
-            return Err(Error::Usage(format!(
-                "{selector}: '{name}' is shared by all channels: name it without one, or add --per-channel {name}"
-            )));
+            return Err(Error::SharedParameter { selector: selector.to_string(), parameter: name });
         }
         Ok(rows)
     }

@@ -2,7 +2,7 @@
 
 #![warn(clippy::indexing_slicing, reason = "bytes from outside are never indexed unchecked")]
 
-use super::{SCHEMA, SCHEMA_SEVERAL};
+use super::record::{Report, Reports, SCHEMA, SCHEMA_SEVERAL};
 use crate::error::{Error, Place, excerpt, short};
 use crate::model::{Expression, Sharing};
 use crate::parameters::{ParameterTable, Selector, Setting, Settings, channel_suffix};
@@ -20,44 +20,10 @@ pub struct Recorded {
     pub data_path: String,
 }
 
-/// The fields that are read; others may be there.
-#[derive(Deserialize)]
-struct Fields {
-    model: String,
-    parameters: Vec<ParameterFields>,
-    data: DataFields,
-}
-
-#[derive(Deserialize)]
-struct DataFields {
-    #[serde(default)]
-    path: String,
-    channels: Vec<String>,
-}
-
-#[derive(Deserialize)]
-struct ParameterFields {
-    lobe: String,
-    name: String,
-    channel: Option<String>,
-    value: f64,
-    bounds: [f64; 2],
-}
-
+/// What says which form a file has.
 #[derive(Deserialize)]
 struct Schema {
     schema: String,
-}
-
-#[derive(Deserialize)]
-struct Several {
-    reports: Vec<Fields>,
-    ranking: Vec<Rank>,
-}
-
-#[derive(Deserialize)]
-struct Rank {
-    index: usize,
 }
 
 /// Whether a file's first bytes are those of a report rather than a measurement: no format of measurements begins with a brace.
@@ -77,9 +43,9 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Vec<Recorded>, Error> {
     let expected = format!("a report ({SCHEMA} or {SCHEMA_SEVERAL})");
     let Schema { schema } = parse(bytes, path, &expected)?;
     let found = match schema.as_str() {
-        SCHEMA => vec![parse::<Fields>(bytes, path, &expected)?],
+        SCHEMA => vec![parse::<Report>(bytes, path, &expected)?],
         SCHEMA_SEVERAL => {
-            let Several { mut reports, ranking } = parse(bytes, path, &expected)?;
+            let Reports { mut reports, ranking, .. } = parse(bytes, path, &expected)?;
             if let Some(best) = ranking.first().map(|rank| rank.index).filter(|best| *best < reports.len()) {
                 reports.swap(0, best);
             }
@@ -93,7 +59,7 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Vec<Recorded>, Error> {
     if found.is_empty() {
         return Err(Error::malformed(path, Place::File, "at least one report", "none"));
     }
-    found.into_iter().map(|fields| recorded(fields, path)).collect()
+    found.into_iter().map(|report| recorded(report, path)).collect()
 }
 
 fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8], path: &Path, expected: &str) -> Result<T, Error> {
@@ -115,20 +81,20 @@ fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8], path: &Path, expected: &str) -
 }
 
 /// Builds the model, and checks that each of its parameters has a value within its bounds.
-fn recorded(fields: Fields, path: &Path) -> Result<Recorded, Error> {
+fn recorded(report: Report, path: &Path) -> Result<Recorded, Error> {
     let wrong = |expected: String, found: String| Error::malformed(path, Place::File, expected, found);
     let in_file = |error: Error| wrong("a model with its parameters".to_owned(), error.to_string());
-    let channels = fields.data.channels;
+    let channels = report.data.channels;
     if channels.is_empty() {
         return Err(wrong("at least one name in data.channels".to_owned(), "none".to_owned()));
     }
     if let Some(name) = channels.iter().find(|name| name.contains(char::is_control)) {
         return Err(wrong("names without control characters in data.channels".to_owned(), excerpt(name)));
     }
-    let expression = Expression::parse(&fields.model).map_err(in_file)?;
+    let expression = Expression::parse(&report.model).map_err(in_file)?;
     let mut sharing: Settings = Vec::new();
     let mut values: Settings = Vec::new();
-    for p in &fields.parameters {
+    for p in &report.parameters {
         let own = |text: String| Selector::parse(&text).map_err(in_file);
         let shared = own(format!("{}.{}", p.lobe, p.name))?;
         // Whether the fit shared it shows in the channel that is named or not.
@@ -136,7 +102,7 @@ fn recorded(fields: Fields, path: &Path) -> Result<Recorded, Error> {
         let specs = lobe.map(|lobe| lobe.model.parameters()).unwrap_or_default();
         let Some(spec) = specs.iter().find(|spec| spec.name == p.name) else {
             let found = format!("parameter {}", excerpt(&format!("{}.{}", p.lobe, p.name)));
-            return Err(wrong(format!("parameters of {}", short(&fields.model)), found));
+            return Err(wrong(format!("parameters of {}", short(&report.model)), found));
         };
         let setting = match (&p.channel, spec.sharing) {
             (Some(_), Sharing::Shared) => Some(Setting::PerChannel),
@@ -160,11 +126,11 @@ fn recorded(fields: Fields, path: &Path) -> Result<Recorded, Error> {
         let name = table.name(index);
         let name = if name.ends_with(&suffix) { name } else { name + &suffix };
         return Err(wrong(
-            format!("a value of every parameter of {}", short(&fields.model)),
+            format!("a value of every parameter of {}", short(&report.model)),
             format!("none of {}", short(&name)),
         ));
     }
-    Ok(Recorded { expression, table, data_path: fields.data.path })
+    Ok(Recorded { expression, table, data_path: report.data.path })
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! The report as a table for people.
 
-use super::{ErrorRecord, Parameter, Report, WarningRecord};
-use crate::fit::Metric;
+use super::{ErrorRecord, Open, Parameter, ParameterStatus, Report};
+use crate::fit::{Method, Metric};
+use crate::model::Unit;
 use std::fmt::Write as _;
 
 /// Correlations beyond this are listed.
@@ -16,16 +17,6 @@ pub fn table(report: &Report) -> String {
     // Writing to a string cannot fail.
     let _ = write(&mut text, report);
     text
-}
-
-/// The warnings, a line each.
-#[must_use]
-pub fn warnings(report: &Report) -> Vec<String> {
-    let line = |w: &WarningRecord| match &w.parameter {
-        Some(parameter) => format!("{parameter}: {}", w.text),
-        None => w.text.clone(),
-    };
-    report.warnings.iter().map(line).collect()
 }
 
 fn write(text: &mut String, report: &Report) -> std::fmt::Result {
@@ -114,20 +105,20 @@ fn parameters(text: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(text, "{:<28} {:<32} {:>10}", "parameter", "value +/- standard error", "initial")?;
     for p in &report.parameters {
         let name = full_name(&format!("{}.{}", p.lobe, p.name), p.channel.as_deref());
-        let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+        let unit = if p.unit == Unit::One { String::new() } else { format!(" {}", p.unit) };
         let value = with_error(p.value, p.std_error, &unit);
-        let initial = if p.status == "fixed" { String::new() } else { digits(p.initial, 4) };
+        let initial = if p.status == ParameterStatus::Fixed { String::new() } else { digits(p.initial, 4) };
         writeln!(text, "{}", format!("{name:<28} {value:<32} {initial:>10}  {}", remark(p)).trim_end())?;
     }
     Ok(())
 }
 
 /// What is special about a parameter.
-fn remark(p: &Parameter) -> &'static str {
-    match p.status {
-        "free" if p.std_error.is_none() => "no error",
-        "free" => "",
-        status => status,
+fn remark(p: &Parameter) -> &str {
+    match p.status.known() {
+        Some(ParameterStatus::Free) if p.std_error.is_none() => "no error",
+        Some(ParameterStatus::Free) => "",
+        _ => p.status.name(),
     }
 }
 
@@ -159,10 +150,7 @@ fn or_dash(value: Option<f64>) -> String {
 
 /// The errors that a fit can minimise.
 fn metrics(e: &ErrorRecord) -> String {
-    let named = Metric::ALL.into_iter().zip([e.l2, e.log, e.cbrt]);
-    let named: Vec<String> =
-        named.map(|(metric, value)| format!("{} {}", metric.name(), or_dash(value))).collect();
-    named.join(", ")
+    Metric::ALL.map(|metric| format!("{} {}", metric.name(), or_dash(e.of(metric)))).join(", ")
 }
 
 /// Angles, and ranges of angles as `20..25`.
@@ -187,15 +175,16 @@ fn errors(text: &mut String, report: &Report) -> std::fmt::Result {
             metrics(&held.errors)
         )?;
     }
-    let method = match (report.fit.uncertainty_method, &report.fit.resampling) {
+    let method = report.fit.uncertainty_method.as_ref();
+    let method = match (method.and_then(Open::known), &report.fit.resampling) {
         (_, Some(resampling)) => {
             let ranges = resampling.theta_i_deg.iter().any(|[low, high]| low < high);
             let groups = if ranges { "ranges of incidence angle" } else { "incidence angles" };
             let n = resampling.theta_i_deg.len();
             format!("block bootstrap over {n} {groups}, {} replicates", resampling.replicates)
         }
-        (Some("sandwich"), _) => "sandwich: independent samples, each with its own noise".to_owned(),
-        (Some("absolute"), _) => "from the given sigma: independent samples".to_owned(),
+        (Some(Method::Sandwich), _) => "sandwich: independent samples, each with its own noise".to_owned(),
+        (Some(Method::Absolute), _) => "from the given sigma: independent samples".to_owned(),
         _ => "none".to_owned(),
     };
     write!(

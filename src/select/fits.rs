@@ -2,7 +2,7 @@
 
 use super::studio::Studio;
 use super::target::Target;
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use crate::fit::{Metric, Options, Shown, fit, fit_image};
 use crate::measurement::{Filters, Measurement, Weighting};
 use crate::parameters::ParameterTable;
@@ -34,7 +34,7 @@ impl<'a> Fits<'a> {
     /// What counts is the scene's image, or, where a weighting is asked for, the measurement's own samples.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the scene shows nothing that the measurement knows.
+    /// [`Error::Invalid`] where the scene shows nothing that the measurement knows.
     pub(super) fn new(
         measurement: &'a Measurement,
         studio: &Studio,
@@ -46,9 +46,8 @@ impl<'a> Fits<'a> {
             return Ok(Self { searched: vec![own], shown: None });
         }
         let drawn = studio.draw(measurement, filters.samples.unwrap_or(DRAWN));
-        let data = drawn.ok_or_else(|| {
-            Error::Usage("--max-theta: expected light within it in the scene, found none".to_owned())
-        })?;
+        let data = drawn
+            .ok_or_else(|| Error::invalid(OptionName::MaxTheta, "light within it in the scene", "none"))?;
         let uniform = Some(Weighting::Uniform);
         let filters = Filters { samples: None, weighting: uniform, ..filters.clone() };
         let drawn = FitTo { data: Cow::Owned(data), filters, metric: *metric };
@@ -86,7 +85,7 @@ impl<'a> Fits<'a> {
             }
         }
         found.into_iter().next().ok_or_else(|| {
-            failure.unwrap_or_else(|| Error::Usage("expected samples to fit to, found none".to_owned()))
+            failure.unwrap_or_else(|| Error::invalid("measurement", "samples to fit to", "none"))
         })
     }
 }

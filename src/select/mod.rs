@@ -21,7 +21,7 @@ pub use importance::COVERED_SHARE;
 pub use seen::SeenMap;
 pub use text::table;
 
-use crate::error::Error;
+use crate::error::{Error, OptionName, Place};
 use crate::fit::Options;
 use crate::image::{Differences, Image, Route, ToRgb};
 use crate::measurement::interpolant::{Interpolant, LeaveOut, LeftOut};
@@ -165,18 +165,18 @@ pub struct Outcome {
 /// A tolerance that a difference can pass.
 ///
 /// # Errors
-/// [`Error::Usage`] unless it is a number above 0.
+/// [`Error::Invalid`] unless it is a number above 0.
 pub fn checked_tolerance(tolerance: f64) -> Result<f64, Error> {
     if tolerance > 0.0 && tolerance.is_finite() {
         return Ok(tolerance);
     }
-    Err(Error::Usage(format!("--tolerance: expected a number above 0, found {tolerance}")))
+    Err(Error::invalid(OptionName::Tolerance, "a number above 0", tolerance.to_string()))
 }
 
 /// Fits and renders every model, and chooses.
 ///
 /// # Errors
-/// [`Error::Malformed`] for a scene that sees nothing, [`Error::Usage`] where the measurement has nothing to say of what the scene shows, and as in [`crate::fit::fit`].
+/// [`Error::Malformed`] for a scene that sees nothing, or nothing for which the measurement has data, and as in [`crate::fit::fit`].
 pub fn select(
     measurement: &Measurement,
     scene: &Scene,
@@ -191,11 +191,12 @@ pub fn select(
     let max_theta_deg = request.options.filters.max_theta_deg;
     let studio = Studio::new(scene.view()?, &interpolant, max_theta_deg)?;
     if !studio.compared.contains(&true) {
-        return Err(Error::Usage(format!(
-            "{}: expected a scene that shows directions of the measurement, found none of {} that has data around it",
-            scene.path().display(),
-            studio.view.samples.len()
-        )));
+        return Err(Error::malformed(
+            scene.path(),
+            Place::File,
+            "a scene that shows directions of the measurement",
+            format!("none of {} that has data around it", studio.view.samples.len()),
+        ));
     }
     // None of the pixels that would be looked at again may be lit.
     let finer = scene.finer_view(FINER_PIXELS).ok();
@@ -220,7 +221,7 @@ pub fn select(
     let answer = shown.iter().position(|(tried, _)| tried.passes);
     let best = shown.iter().enumerate().min_by(|(_, (a, _)), (_, (b, _))| a.p95().total_cmp(&b.p95()));
     let Some(displayed) = answer.or(best.map(|(index, _)| index)) else {
-        return Err(failure.unwrap_or_else(|| Error::Usage("expected a model, found none".to_owned())));
+        return Err(failure.unwrap_or_else(|| Error::invalid("model", "at least one", "none")));
     };
     let next_cheaper = answer.and_then(|answer| {
         let cost = shown[answer].0.cost;

@@ -52,7 +52,7 @@ impl Studio {
     /// What a view shows of a measurement up to angles of `max_theta_deg`.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a view without pixels.
+    /// [`Error::Invalid`] for a view without pixels.
     pub(super) fn new(view: View, interpolant: &Interpolant, max_theta_deg: f64) -> Result<Self, Error> {
         let pairs: Vec<Pair> = view.samples.iter().map(|seen| seen.pair).collect();
         let there = interpolant.at(&pairs);
@@ -95,7 +95,7 @@ impl Studio {
     /// The image that a model makes, and how far it is from the measured one.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an image that is not finite.
+    /// [`Error::Invalid`] for an image that is not finite.
     pub(super) fn look(
         &self,
         expression: &Expression,
@@ -116,7 +116,7 @@ impl Studio {
     /// The measured image as it is compared, exposed, with what its pixels see.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an image that is not finite.
+    /// [`Error::Invalid`] for an image that is not finite.
     pub(super) fn shown(&self, metric: Metric) -> Result<Shown<Target>, Error> {
         let exposure = exposure(&self.measured, &self.compared)?;
         let mut shown = Shown::new();

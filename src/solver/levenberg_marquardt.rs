@@ -640,7 +640,7 @@ impl Observe<LmState> for Listener {
 /// [`Solution::termination`].
 ///
 /// # Errors
-/// [`Error::Usage`] if `start` and the bounds differ in length, or a lower bound is not at most its upper one;
+/// [`Error::Invalid`] if `start` and the bounds differ in length, or a lower bound is not at most its upper one;
 /// [`Error::Optimiser`] if argmin itself fails, which is a defect.
 pub fn minimise<P: LeastSquares>(
     problem: &P,
@@ -651,11 +651,12 @@ pub fn minimise<P: LeastSquares>(
     let failed = |error: argmin::core::Error| Error::Optimiser(error.to_string());
     let bounds = problem.bounds();
     if bounds.len() != start.len() {
-        return Err(Error::Usage(format!("{} bounds for {} parameters", bounds.len(), start.len())));
+        let expected = format!("a pair for each of {} parameters", start.len());
+        return Err(Error::invalid("bounds", expected, bounds.len().to_string()));
     }
     let senseless = |(lower, upper): &&(f64, f64)| lower.is_nan() || upper.is_nan() || lower > upper;
     if let Some((lower, upper)) = bounds.iter().find(senseless) {
-        return Err(Error::Usage(format!("a lower bound of {lower} with an upper bound of {upper}")));
+        return Err(Error::invalid("bounds", "the lower at most the upper", format!("{lower} and {upper}")));
     }
     let observer = limits.observer.clone();
     let solver = LevenbergMarquardt::new(bounds, tolerances, limits);
@@ -848,7 +849,7 @@ mod tests {
         let start = || DVector::from_vec(vec![0.0, 0.0]);
         for bounds in [vec![(0.0, 1.0)], vec![(0.0, 1.0), (1.0, 0.0)], vec![(0.0, f64::NAN), (0.0, 1.0)]] {
             let result = minimise(&Rosenbrock { bounds }, start(), Tolerances::default(), limits());
-            assert!(matches!(result, Err(Error::Usage(_))), "{result:?}");
+            assert!(matches!(result, Err(Error::Invalid { .. })), "{result:?}");
         }
     }
 }

@@ -208,13 +208,13 @@ struct Comparison<'a> {
     /// Where costs and approximations are evaluated.
     pairs: Vec<Pair>,
     /// What is fitted already, by canonical expression.
-    fits: BTreeMap<String, Result<Arc<Fitted>, String>>,
+    fits: BTreeMap<String, Result<Arc<Fitted>, Error>>,
 }
 
 /// Fits, counts and times.
 ///
 /// # Errors
-/// [`Error::NoSamples`] and [`Error::Usage`] as in [`fit`], where no model can be fitted.
+/// Those of [`fit`], where no model can be fitted.
 pub fn compare(
     measurement: &Measurement,
     request: &Request<'_>,
@@ -245,8 +245,9 @@ pub fn compare(
         }
     }
     let failed = work.failures();
-    if let ([], [first, ..]) = (models.as_slice(), failed.as_slice()) {
-        return Err(Error::Usage(first.error.clone()));
+    if models.is_empty() {
+        let error = work.fits.into_values().find_map(Result::err);
+        return Err(error.unwrap_or_else(|| Error::invalid("model", "at least one", "none")));
     }
     let samples = work.budgets(&models, progress)?;
     Ok(Tradeoff {
@@ -289,9 +290,8 @@ impl Comparison<'_> {
             return known.as_ref().ok().cloned();
         }
         let found = self.fit(candidate, self.options.filters.samples);
-        let found = found.map(Arc::new).map_err(|error| error.to_string());
-        self.fits.insert(name, found.clone());
-        found.ok()
+        let known = self.fits.entry(name).or_insert(found.map(Arc::new));
+        known.as_ref().ok().cloned()
     }
 
     /// Errors on angles of incidence that the fit has not seen.
@@ -390,7 +390,7 @@ impl Comparison<'_> {
 
     fn failures(&self) -> Vec<Failure> {
         let failed = self.fits.iter().filter_map(|(model, found)| Some((model, found.as_ref().err()?)));
-        failed.map(|(model, error)| Failure { path: model.clone(), error: error.clone() }).collect()
+        failed.map(|(model, error)| Failure { path: model.clone(), error: error.to_string() }).collect()
     }
 }
 

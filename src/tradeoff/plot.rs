@@ -1,7 +1,7 @@
 //! Error against cost, as SVG.
 
 use super::{Entry, Tradeoff, recorded_in};
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -97,7 +97,7 @@ fn multiples(range: &Range<f64>, tenths: &[u32]) -> Vec<f64> {
 /// The usable models, error against weighted operations, both logarithmic, with the front drawn.
 ///
 /// # Errors
-/// [`Error::Usage`] where no usable model has a positive error, and where the plot cannot be drawn.
+/// [`Error::Invalid`] where no usable model has a positive error, [`Error::Encoding`] where the plot cannot be drawn.
 pub fn svg(found: &Tradeoff) -> Result<String, Error> {
     let mut points: Vec<Point<'_>> = found
         .models
@@ -110,14 +110,12 @@ pub fn svg(found: &Tradeoff) -> Result<String, Error> {
         })
         .collect();
     if points.is_empty() {
-        return Err(Error::Usage(
-            "--svg: expected a usable model with an error above 0, found none".to_owned(),
-        ));
+        return Err(Error::invalid(OptionName::Svg, "a usable model with an error above 0", "none"));
     }
     points.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(b.error.total_cmp(&a.error)));
     let mut text = String::new();
     draw(&mut text, found, &points)
-        .map_err(|error| Error::Usage(format!("--svg: cannot be drawn: {error}")))?;
+        .map_err(|error| Error::Encoding { format: "SVG", reason: error.to_string() })?;
     Ok(text)
 }
 

@@ -87,7 +87,7 @@ fn number(value: Option<f64>) -> String {
 /// None in practice: memory can be written.
 pub fn csv(found: &Tradeoff) -> Result<Vec<u8>, Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let failed = |error: &dyn std::fmt::Display| Error::Usage(format!("the CSV cannot be written: {error}"));
+    let failed = |error: &dyn std::fmt::Display| Error::Encoding { format: "CSV", reason: error.to_string() };
     let header = [
         "model",
         "parameters",

@@ -384,9 +384,11 @@ fn the_readme_shows_real_output() {
         let after = readme.split(&format!("```{kind}\n")).nth(1).unwrap();
         after.split("```").next().unwrap().to_owned()
     };
-    let command = block("sh");
+    let commands = readme
+        .split("```sh\n")
+        .filter_map(|after| after.split("```").next()?.trim().strip_prefix("cargo run --release -- "));
     let arguments =
-        command.trim().strip_prefix("cargo run --release -- ").expect("the first command fits a file");
+        commands.into_iter().find(|command| command.starts_with("fit ")).expect("a command that fits a file");
     let (arguments, model) = arguments.split_once(" -m ").unwrap();
     let run = |more: &[&str]| {
         let output = std::process::Command::new(env!("CARGO_BIN_EXE_brdfit"))

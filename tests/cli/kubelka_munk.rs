@@ -284,7 +284,7 @@ fn broken_files_and_bad_usage_are_refused() {
             "thickness twice",
             b"thickness,background,y\n1,0,0.1\n",
             "--thickness 2",
-            &["--thickness", "of its own"],
+            &["--thickness", "without a column 'thickness'"],
         ),
         ("thickness below 0", good.as_bytes(), "--thickness -1", &["more than 0"]),
         ("surface of one number", good.as_bytes(), "--saunderson 0.04", &["0.04,0.596"]),

@@ -3,6 +3,8 @@
 use super::{HEADER, laboratory};
 use crate::common::{Folder, parse};
 use approx::assert_abs_diff_eq;
+use brdfit::fit::Metric;
+use brdfit::report::{ParameterStatus, Report, StopReason};
 use serde_json::{Value, json};
 use std::fs;
 
@@ -246,8 +248,11 @@ fn assert_report(report: &Value) {
         assert_fields(
             "warning",
             warning,
-            &[("kind", "string"), ("parameter", "string|null"), ("text", "string")],
+            &[("kind", "string"), ("parameter", "string|null"), ("text", "string"), ("suggestions", "array")],
         );
+        for suggestion in warning["suggestions"].as_array().unwrap() {
+            assert_fields("suggestion", suggestion, &[("option", "string"), ("value", "string")]);
+        }
     }
 }
 
@@ -371,4 +376,26 @@ fn the_schema_file_is_up_to_date() {
         found == generated,
         "docs/use/report.schema.json is stale: BRDFIT_UPDATE=1 cargo test --release --test integration schema"
     );
+}
+
+/// Reports of earlier versions can still be read, and `check` judges their models. This one was written before warnings had suggestions.
+#[test]
+fn reports_of_earlier_versions_are_read() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reports/2026-11-28.json");
+    let text = fs::read_to_string(path).unwrap();
+    let report: Report = serde_json::from_str(&text).unwrap();
+    assert_eq!(report.metric, Metric::Cbrt);
+    assert_eq!(report.termination.reason, StopReason::ConvergedCost);
+    assert!(report.parameters.iter().any(|p| p.name == "m" && p.status == ParameterStatus::Free));
+    let held_out = report.selection.held_out.as_ref().unwrap();
+    assert!(held_out.samples > 0 && held_out.errors.cbrt.is_some());
+    // What this version writes of it differs in nothing but what was added.
+    let (mut written, read) = (serde_json::to_value(&report).unwrap(), parse(&text));
+    for warning in written["warnings"].as_array_mut().unwrap() {
+        assert_eq!(warning.as_object_mut().unwrap().remove("suggestions"), Some(json!([])));
+    }
+    assert_eq!(written, read);
+    let folder = Folder::new();
+    folder.write("earlier.json", &text);
+    folder.brdfit("check earlier.json").good();
 }

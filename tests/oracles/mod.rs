@@ -14,7 +14,7 @@ use brdfit::measurement::formats::csv::write as write_csv;
 use brdfit::measurement::formats::{BinPosition, File, ReadOptions, directions_of, read_file};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, SettingTexts};
-use brdfit::report::{Circumstances, OptionRecord, Report, Times, table, warnings};
+use brdfit::report::{Circumstances, OptionRecord, Report, Times, table};
 use serde_json::Value;
 use std::path::Path;
 
@@ -178,8 +178,8 @@ fn read_drawdown(bytes: &[u8], thickness: Option<f64>) -> Option<Drawdown> {
     let drawdown = match drawdown::read_file(file(bytes), thickness) {
         Ok(drawdown) => drawdown,
         // A thickness that is given twice is the user's mistake, not the file's.
-        Err(Error::Usage(message)) if thickness.is_some() => {
-            check_message(&message);
+        Err(error @ Error::Unmet { .. }) if thickness.is_some() => {
+            check_message(&error.to_string());
             return None;
         }
         Err(error) => {
@@ -326,6 +326,8 @@ pub fn report(bytes: &[u8]) {
     };
     let report = Report::new(&m, &expression, &fit, &circumstances);
     let written = check_json(&serde_json::to_string_pretty(&report).expect("a report can be written"));
+    let again: Report = serde_json::from_value(written.clone()).expect("a report can be read");
+    assert_eq!(serde_json::to_value(&again).expect("and written again"), written);
     assert_eq!(written["data"]["channels"].as_array().map(Vec::len), Some(m.channels.len()));
     assert_eq!(written["data"]["samples"].as_u64(), u64::try_from(m.total()).ok());
     for (name, channel) in written["data"]["channels"].as_array().into_iter().flatten().zip(&m.channels) {
@@ -333,7 +335,7 @@ pub fn report(bytes: &[u8]) {
         assert!(written["errors_by_channel"][channel.name.as_str()].is_object(), "{written}");
     }
     check_lines(&table(&report));
-    warnings(&report).iter().for_each(|text| check_message(text));
+    report.warnings.iter().for_each(|warning| check_message(&warning.to_string()));
 }
 
 /// `check` of a report: the models that are read have all their parameters, within their bounds.

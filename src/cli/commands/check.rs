@@ -7,6 +7,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use crate::cli::progress::Bar;
 use brdfit::Error;
+use brdfit::error::{OptionName, Place};
 use brdfit::health::{Effort, Finding, measurement, measurement_table, model, model_table};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, Setting, ranges, values};
@@ -43,21 +44,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     match (&arguments.model, &arguments.input) {
         (Some(text), _) => {
             let expression = Expression::parse(text)?;
-            let set = values("--set", &arguments.set, Setting::Set)?;
+            let set = values(OptionName::Set, &arguments.set, Setting::Set)?;
             let settings = [ranges(&arguments.bounds)?, set].concat();
             let table = ParameterTable::new(&expression, &channels(&settings, false)?, false, &settings)?;
             let path = PathBuf::from(expression.canonical());
             of_model(arguments, &expression, &table, None, &path)
         }
-        (None, _) if !(arguments.set.is_empty() && arguments.bounds.is_empty()) => Err(Error::Usage(
-            "--set, --bounds: expected -m EXPR, the model that has the parameters, found a file".to_owned(),
-        )),
+        (None, _) if !(arguments.set.is_empty() && arguments.bounds.is_empty()) => {
+            Err(Error::invalid("--set, --bounds", "-m EXPR, the model that has the parameters", "a file"))
+        }
         (None, Some(path)) if starts_as_report(path)? => {
             let bytes = std::fs::read(path).map_err(Error::read(path))?;
             let recorded = read(&bytes, path)?;
             let several = recorded.len();
             let Some(Recorded { expression, table, data_path }) = recorded.into_iter().next() else {
-                return Err(Error::Usage(format!("{}: expected a report, found none", path.display())));
+                return Err(Error::malformed(path, Place::File, "a report", "none"));
             };
             if several > 1 {
                 let model = expression.canonical();

@@ -6,6 +6,7 @@ use crate::cli::options::report::ReportArguments;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
 use brdfit::Error;
+use brdfit::error::OptionName;
 use brdfit::fit::{Options, evaluate};
 use brdfit::model::Expression;
 use brdfit::parameters::{Setting, ranges, values};
@@ -44,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let options = Options::default()
         .with_metric(arguments.samples.metric())
         .with_filters(arguments.samples.filters()?)
-        .with_settings([ranges(&arguments.bounds)?, values("--set", set, Setting::Set)?].concat())
+        .with_settings([ranges(&arguments.bounds)?, values(OptionName::Set, set, Setting::Set)?].concat())
         .with_seed(arguments.samples.seed());
     let output = arguments.report.file().map(Output::open).transpose()?;
     let started = Instant::now();
@@ -58,8 +59,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         options: OptionRecord {
             samples: arguments.samples.samples(),
             seed: options.seed,
-            merl_bins: arguments.read.merl_bins(),
-            loss: options.loss.name(),
+            merl_bins: arguments.read.merl_bins().into(),
+            loss: options.loss.into(),
             loss_scale: None,
             loss_scale_auto: None,
             timeout_s: None,
@@ -92,6 +93,6 @@ fn input_and_settings(arguments: &Arguments) -> Result<(PathBuf, &[String]), Err
     match (&arguments.input, arguments.set.split_last()) {
         (Some(input), _) => Ok((input.clone(), &arguments.set)),
         (None, Some((last, rest))) if !last.contains('=') => Ok((PathBuf::from(last), rest)),
-        _ => Err(Error::Usage("expected an INPUT, a measurement to evaluate, found none".to_owned())),
+        _ => Err(Error::invalid("INPUT", "a measurement to evaluate", "none")),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::fit_outputs::Outputs;
 use super::read_ahead::{Input, read_ahead};
-use crate::cli::messages::{complain, say, show};
+use crate::cli::messages::{complain, message, say, show};
 use crate::cli::options::fitting::FittingArguments;
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::loss::LossArguments;
@@ -13,6 +13,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use crate::cli::progress::Bar;
 use brdfit::Error;
+use brdfit::error::OptionName;
 use brdfit::fit::Options;
 use brdfit::model::Expression;
 use brdfit::progress::Progress;
@@ -108,7 +109,7 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
         .timeout
         .map(|seconds| {
             if !(seconds > 0.0 && seconds.is_finite()) {
-                return Err(Error::Usage(format!("--timeout: expected seconds above 0, found {seconds}")));
+                return Err(Error::invalid(OptionName::Timeout, "seconds above 0", seconds.to_string()));
             }
             // A moment beyond what the clock can count never comes.
             Ok(Duration::try_from_secs_f64(seconds).ok().and_then(|limit| started.checked_add(limit)))
@@ -196,7 +197,7 @@ impl Run<'_> {
                 // One input alone: its error is the command's.
                 Err(error) if inputs.len() == 1 => return Err(error),
                 Err(error) => {
-                    let error = error.to_string();
+                    let error = message(&error);
                     // The same mistake in the options is the same for every input: once is enough.
                     if done.failed.iter().all(|failure| failure.error != error) {
                         self.bar.aside(|| complain(&error));
@@ -229,9 +230,9 @@ impl Run<'_> {
                         OptionRecord {
                             samples: arguments.samples.samples(),
                             seed: options.seed,
-                            merl_bins: arguments.read.merl_bins(),
+                            merl_bins: arguments.read.merl_bins().into(),
                             timeout_s: arguments.timeout,
-                            parameters: arguments.settings.texts().as_given(),
+                            parameters: arguments.settings.as_given(),
                             ..OptionRecord::default()
                         },
                     ),

@@ -30,7 +30,7 @@ impl Outputs {
         }
         let as_file = path.to_string_lossy();
         if Path::new(as_file.trim_end_matches(std::path::MAIN_SEPARATOR)).is_file() {
-            return Err(Error::Usage(format!("-o {as_file}: expected a folder, found a file")));
+            return Err(Error::invalid(format!("-o {as_file}"), "a folder", "a file"));
         }
         let mut taken = HashSet::new();
         let mut paths = Vec::new();

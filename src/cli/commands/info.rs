@@ -105,7 +105,7 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         reciprocity: coverage
             .reciprocity
             .map(|(relative_rms, pairs)| ReciprocityRecord { relative_rms, pairs }),
-        doubts: measurement.doubts.iter().map(|(_, text)| text.clone()).collect(),
+        doubts: measurement.doubts.iter().map(ToString::to_string).collect(),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::cli::messages::say;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
-use brdfit::error::excerpt;
+use brdfit::error::NameKind;
 use brdfit::model::{AnyModel, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
 use brdfit::tradeoff::{BasisCost, basis_cost};
 use clap::Args;
@@ -63,9 +63,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         None => REGISTRY.iter().collect(),
         Some(name) => {
             let names: Vec<&str> = REGISTRY.iter().map(|entry| entry.name).collect();
-            let entry = REGISTRY.iter().find(|entry| entry.name == name).ok_or_else(|| {
-                Error::Usage(format!("model: expected one of {}, found {}", names.join(", "), excerpt(name)))
-            })?;
+            let entry = REGISTRY
+                .iter()
+                .find(|entry| entry.name == name)
+                .ok_or_else(|| Error::unknown("model", NameKind::Model, &names, name))?;
             vec![entry]
         }
     };

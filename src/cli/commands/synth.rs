@@ -7,6 +7,7 @@ use crate::cli::options::input::checked_max_theta;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, spares};
 use brdfit::Error;
+use brdfit::error::OptionName;
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::measurement::formats::{ReadOptions, csv, merl, read_directions};
 use brdfit::model::Expression;
@@ -92,10 +93,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     arguments.heightfield.check_absent()?;
     let expression = Expression::parse(arguments.model.as_deref().unwrap_or_default())?;
-    let settings = values("--set", &arguments.set, Setting::Set)?;
+    let settings = values(OptionName::Set, &arguments.set, Setting::Set)?;
     for (option, value) in [("--noise", arguments.noise), ("--noise-abs", arguments.noise_abs)] {
         if !(value >= 0.0 && value.is_finite()) {
-            return Err(Error::Usage(format!("{option}: expected 0 or more, found {value}")));
+            return Err(Error::invalid(option, "0 or more", value.to_string()));
         }
     }
     let max_theta = checked_max_theta(arguments.max_theta)?;
@@ -105,9 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let table = ParameterTable::new(&expression, &channels, on_grid, &settings)?;
 
     if on_grid && to_stdout(&arguments.output) {
-        return Err(Error::Usage(
-            "--grid merl: expected -o FILE, found '-': a MERL table is binary".to_owned(),
-        ));
+        return Err(Error::invalid("--grid merl", "-o FILE, since a MERL table is binary", "'-'"));
     }
     spares(arguments.place.at.as_slice(), "-o", Some(&arguments.output))?;
     write(&arguments.output, || {
@@ -154,7 +153,7 @@ fn merl_table(
     let directions = Directions::Grid { grid, cells: cells.clone() };
     let synthetic = measurement(expression, table, directions, noise, arguments.seed);
     let [red, green, blue] = synthetic.values.as_slice() else {
-        return Err(Error::Usage("--grid merl: expected three channels".to_owned()));
+        return Err(Error::invalid("--grid merl", "three channels", "others"));
     };
     merl::encode(&arguments.output, |cell| {
         let index = cells.binary_search(&cell).ok()?;

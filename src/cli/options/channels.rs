@@ -17,10 +17,7 @@ pub fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error
     if on_grid {
         let rgb = ["r", "g", "b"].map(str::to_owned);
         if let Some(other) = named.iter().find(|name| !rgb.contains(name)) {
-            return Err(Error::Usage(format!(
-                "--grid merl: expected channels r, g and b, found {}",
-                excerpt(other)
-            )));
+            return Err(Error::invalid("--grid merl", "channels r, g and b", excerpt(other)));
         }
         return Ok(rgb.to_vec());
     }

@@ -111,11 +111,11 @@ impl FittingArguments {
     pub fn record(&self, fitted: &Fit, record: OptionRecord) -> OptionRecord {
         OptionRecord {
             samples: fitted.budget.map_or(record.samples, Budget::samples),
-            budget: fitted.budget.map(Budget::name),
+            budget: fitted.budget.map(Into::into),
             target_error: self.target_error,
             hold_out: self.hold_out,
-            solver: Some(SolverKind::from(self.solver).name()),
-            uncertainty: Some(Uncertainty::from(self.uncertainty).name()),
+            solver: Some(SolverKind::from(self.solver).into()),
+            uncertainty: Some(Uncertainty::from(self.uncertainty).into()),
             ..record
         }
     }

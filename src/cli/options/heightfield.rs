@@ -2,6 +2,7 @@
 
 use crate::cli::progress::Bar;
 use brdfit::Error;
+use brdfit::error::OptionName;
 use brdfit::measurement::formats::csv;
 use brdfit::progress::Progress as _;
 use brdfit::synthetic::heightfield::{BATCH, Facets, Kind, Simulation};
@@ -51,7 +52,7 @@ impl HeightfieldArguments {
             ("--facets", self.facets.is_some()),
         ];
         given.iter().find(|(_, given)| *given).map_or(Ok(()), |(option, _)| {
-            Err(Error::Usage(format!("{option}: expected with --from-heightfield only")))
+            Err(Error::invalid(*option, "--from-heightfield beside it", "none"))
         })
     }
 
@@ -64,7 +65,7 @@ impl HeightfieldArguments {
         seed: u64,
     ) -> Result<Simulation, Error> {
         let misplaced = |option: &str, surface: &str| {
-            Err(Error::Usage(format!("{option}: expected with --from-heightfield {surface} only")))
+            Err(Error::invalid(option, format!("--from-heightfield {surface} beside it"), "another surface"))
         };
         let kind = match surface {
             Surface::Gaussian if self.facets.is_some() => return misplaced("--facets", "v-groove"),
@@ -85,9 +86,8 @@ impl HeightfieldArguments {
 
 /// The value of `--set m=V`, which a height field needs and beside which it knows nothing.
 fn roughness(set: &[String]) -> Result<f64, Error> {
-    let wrong = |found: &str| {
-        Error::Usage(format!("--set: a height field has m=V, its rms slope, alone; found {found}"))
-    };
+    let wrong =
+        |found: &str| Error::invalid(OptionName::Set, "m=V alone, the rms slope of a height field", found);
     match set {
         [] => Err(wrong("nothing")),
         [one] => {

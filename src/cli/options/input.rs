@@ -1,6 +1,7 @@
 //! Options that say how a measurement is read and which samples count.
 
 use brdfit::Error;
+use brdfit::error::OptionName;
 use brdfit::fit::Metric;
 use brdfit::measurement::formats::{BinPosition, REGISTRY, ReadOptions, named, read};
 use brdfit::measurement::{Filters, Measurement, Weighting};
@@ -48,11 +49,11 @@ fn format_help() -> String {
 }
 
 impl ReadArguments {
-    /// Name of the bin convention, for the report.
-    pub fn merl_bins(&self) -> &'static str {
+    /// Which directions the cells of a MERL table stand for.
+    pub fn merl_bins(&self) -> BinPosition {
         match self.merl_bins {
-            Bins::Center => "center",
-            Bins::Edge => "edge",
+            Bins::Center => BinPosition::Center,
+            Bins::Edge => BinPosition::Edge,
         }
     }
 
@@ -63,11 +64,7 @@ impl ReadArguments {
 
     /// Reads a measurement.
     pub fn read(&self, path: &Path) -> Result<Measurement, Error> {
-        let merl_bins = match self.merl_bins {
-            Bins::Center => BinPosition::Center,
-            Bins::Edge => BinPosition::Edge,
-        };
-        read(path, self.format.as_deref(), &ReadOptions::new().with_merl_bins(merl_bins))
+        read(path, self.format.as_deref(), &ReadOptions::new().with_merl_bins(self.merl_bins()))
     }
 }
 
@@ -175,9 +172,8 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
     /// The filters of a fit that knows of no scene.
     pub fn filters(&self) -> Result<Filters, Error> {
         if let Some(Weights::Scene) = self.weights {
-            let text =
-                "--weights scene: expected one of solid-angle, uniform, sigma; `brdfit select` has a scene";
-            return Err(Error::Usage(text.to_owned()));
+            let expected = "solid-angle, uniform or sigma, since only `brdfit select` has a scene";
+            return Err(Error::invalid(OptionName::Weights, expected, "scene"));
         }
         self.filters_up_to(Filters::default().max_theta_deg)
     }
@@ -203,9 +199,8 @@ pub fn checked_max_theta(degrees: f64) -> Result<f64, Error> {
     if degrees > 0.0 && degrees <= 90.0 {
         Ok(degrees)
     } else {
-        Err(Error::Usage(format!(
-            "--max-theta: expected more than 0 and at most 90 degrees, found {degrees}"
-        )))
+        let expected = "more than 0 and at most 90 degrees";
+        Err(Error::invalid(OptionName::MaxTheta, expected, degrees.to_string()))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Options about outliers.
 
 use brdfit::Error;
+use brdfit::error::{OptionName, excerpt};
 use brdfit::fit::{Fit, LossKind, Options};
 use brdfit::report::OptionRecord;
 use clap::{Args, ValueEnum};
@@ -48,7 +49,7 @@ impl LossArguments {
     pub fn record(&self, fit: &Fit, record: OptionRecord) -> OptionRecord {
         let auto = self.loss_scale.as_deref().is_none_or(|text| text == "auto");
         OptionRecord {
-            loss: LossKind::from(self.loss).name(),
+            loss: LossKind::from(self.loss).into(),
             loss_scale: fit.loss_scale,
             loss_scale_auto: fit.loss_scale.map(|_| auto),
             ..record
@@ -59,7 +60,7 @@ impl LossArguments {
     fn scale(&self) -> Result<Option<f64>, Error> {
         let Some(text) = self.loss_scale.as_deref() else { return Ok(None) };
         if matches!(self.loss, LossName::None) {
-            return Err(Error::Usage("--loss-scale: expected --loss huber or cauchy beside it".to_owned()));
+            return Err(Error::invalid(OptionName::LossScale, "--loss huber or cauchy beside it", "none"));
         }
         if text == "auto" {
             return Ok(None);
@@ -67,9 +68,8 @@ impl LossArguments {
         // The square of the scale, and that of a residual in its unit, must remain numbers.
         let scale = text.parse().ok().filter(|scale: &f64| (1e-100..=1e100).contains(scale));
         scale.map(Some).ok_or_else(|| {
-            Error::Usage(format!(
-                "--loss-scale: expected a number from 1e-100 to 1e100, or 'auto', found '{text}'"
-            ))
+            let expected = "a number from 1e-100 to 1e100, or 'auto'";
+            Error::invalid(OptionName::LossScale, expected, excerpt(text))
         })
     }
 }

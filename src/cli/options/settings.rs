@@ -1,5 +1,6 @@
 //! Options about parameters: `P=V`, `P=LO..HI`, `P=Q`, `P`.
 
+use crate::cli::messages::typed;
 use brdfit::parameters::SettingTexts;
 use clap::Args;
 
@@ -30,6 +31,15 @@ pub struct SettingArguments {
 }
 
 impl SettingArguments {
+    /// The options as they were typed, for the report.
+    pub fn as_given(&self) -> Vec<String> {
+        self.texts()
+            .as_given()
+            .into_iter()
+            .map(|(option, text)| format!("{} {text}", typed(option)))
+            .collect()
+    }
+
     /// The options as given.
     pub fn texts(&self) -> SettingTexts {
         SettingTexts {

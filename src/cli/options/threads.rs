@@ -6,7 +6,7 @@ use rayon::ThreadPool;
 /// A pool of `number` threads, or of one per core if that is 0.
 pub fn threads(number: usize) -> Result<ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(number).build();
-    pool.map_err(|e| Error::Usage(format!("--threads: {e}")))
+    pool.map_err(|e| Error::invalid("--threads", "a number of threads that can be started", e.to_string()))
 }
 
 /// A whole number of at least 1.

@@ -8,7 +8,7 @@
 
 use super::covariance::{Covariance, Method};
 use super::warning::Warning;
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use crate::fit::problem::loss::Objective;
 use crate::fit::task::Task;
 use crate::math::count;
@@ -60,16 +60,16 @@ const BOOTSTRAP_STREAM: u64 = 0x626f_6f74_7374;
 /// The groups to draw from.
 ///
 /// # Errors
-/// [`Error::Usage`] if there are too few.
+/// [`Error::Unmet`] if there are too few.
 pub(in crate::fit) fn groups(samples: &Samples, measurement: &Measurement) -> Result<IncidenceGroups, Error> {
     let groups = samples.incidence_groups();
     if groups.len() < FEWEST_GROUPS {
-        return Err(Error::Usage(format!(
-            "{}: --uncertainty block-bootstrap: expected at least {FEWEST_GROUPS} angles of incidence among the \
-             samples used, found {}",
-            measurement.source.path.display(),
-            groups.len()
-        )));
+        return Err(Error::Unmet {
+            path: measurement.source.path.clone(),
+            option: OptionName::Uncertainty,
+            expected: format!("at least {FEWEST_GROUPS} angles of incidence for block-bootstrap"),
+            found: groups.len().to_string(),
+        });
     }
     Ok(groups)
 }
@@ -87,8 +87,7 @@ pub(in crate::fit) fn resample(
         return Ok((None, None));
     }
     if !solution.termination.converged() {
-        let text = "not resampled, because the fit reached no minimum";
-        return Ok((None, Some(warning(text.to_owned()))));
+        return Ok((None, Some(Warning::NotResampled)));
     }
     progress.stage("resampling");
     let draws = draws(groups.len(), task.options.seed);
@@ -103,23 +102,16 @@ pub(in crate::fit) fn resample(
         }
     }
     let finished = fits.len();
-    let cut_short = |end: &str| {
-        warning(format!("{finished} of {REPLICATES} resampled fits were finished: {end}; allow it more time"))
-    };
+    let cut_short = |enough| Warning::ResamplingCutShort { finished, planned: REPLICATES, enough };
     if finished < FEWEST_REPLICATES {
-        return Ok((None, Some(cut_short("the standard errors are the formula's"))));
+        return Ok((None, Some(cut_short(false))));
     }
-    let short =
-        (finished < REPLICATES).then(|| cut_short("the standard errors are coarser than they could be"));
+    let short = (finished < REPLICATES).then(|| cut_short(true));
     let rows = table.free().to_vec();
     let column = |place: usize| fits.iter().map(|fit| fit[place]).collect();
     let values = (0..rows.len()).map(column).collect();
     let theta_i_deg = groups.theta_i_deg.clone();
     Ok((Some(Resampled { replicates: finished, theta_i_deg, rows, values }), short))
-}
-
-fn warning(text: String) -> Warning {
-    Warning { kind: "resampling", parameter: None, text }
 }
 
 /// How often each of `n` groups is drawn, per replicate.

@@ -1,7 +1,7 @@
 //! A parameter after a fit: its value and how well it is known.
 
 use super::result::Fit;
-use crate::error::{Error, listed};
+use crate::error::Error;
 use crate::math::count;
 use crate::model::Unit;
 use crate::parameters::{ParameterRow, Selector, Status, channel_suffix};
@@ -126,13 +126,13 @@ impl Fit {
     /// The parameter of that name: `m`, or with its lobe or channel where that is not clear, `cook-torrance.f0.r` or `f0[700]`.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a name that the model does not have, or that stands for several parameters.
+    /// [`Error::UnknownName`] for a name that the model does not have, [`Error::AmbiguousParameter`] for one that stands for several.
     pub fn parameter(&self, name: &str) -> Result<FittedParameter, Error> {
         match self.table.rows_named(&Selector::parse(name)?)?.as_slice() {
             [(index, row)] => Ok(self.fitted(*index, row)),
             several => {
                 let names: Vec<String> = several.iter().map(|(index, _)| self.table.name(*index)).collect();
-                Err(Error::Usage(format!("{name}: expected the name of one parameter: {}", listed(&names))))
+                Err(Error::AmbiguousParameter { name: name.to_owned(), candidates: names })
             }
         }
     }

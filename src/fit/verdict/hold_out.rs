@@ -5,7 +5,7 @@
 //! not seen.
 
 use super::errors::{Errors, score};
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use crate::math::count;
 use crate::measurement::{Measurement, Samples};
 use crate::model::Expression;
@@ -47,19 +47,19 @@ const HOLD_OUT_STREAM: u64 = 0x0068_656c_646f_7574;
 /// A fraction that may be left out.
 ///
 /// # Errors
-/// [`Error::Usage`] unless it lies between 0 and 1.
+/// [`Error::Invalid`] unless it lies between 0 and 1.
 pub fn checked_fraction(fraction: f64) -> Result<f64, Error> {
     if fraction > 0.0 && fraction < 1.0 {
         return Ok(fraction);
     }
-    Err(Error::Usage(format!("--hold-out: expected a fraction above 0 and below 1, found {fraction}")))
+    Err(Error::invalid(OptionName::HoldOut, "a fraction above 0 and below 1", fraction.to_string()))
 }
 
 /// Divides the samples into those to fit and those left out: `fraction` of the groups of incidence, at least
 /// one, at most all but one.
 ///
 /// # Errors
-/// [`Error::Usage`] for a fraction that is none, or a measurement with a single angle of incidence.
+/// [`Error::Invalid`] for a fraction outside 0..1, [`Error::Unmet`] for a measurement with a single angle of incidence.
 pub(in crate::fit) fn split(
     samples: &Samples,
     fraction: f64,
@@ -69,11 +69,12 @@ pub(in crate::fit) fn split(
     let fraction = checked_fraction(fraction)?;
     let groups = samples.incidence_groups();
     if groups.len() < 2 {
-        return Err(Error::Usage(format!(
-            "{}: --hold-out {fraction}: expected at least 2 angles of incidence among the samples used, found {}",
-            measurement.source.path.display(),
-            groups.len()
-        )));
+        return Err(Error::Unmet {
+            path: measurement.source.path.clone(),
+            option: OptionName::HoldOut,
+            expected: "at least 2 angles of incidence among the samples used".to_owned(),
+            found: groups.len().to_string(),
+        });
     }
     let left_out = draw(groups.len(), fraction, seed);
     let is_out = |group: usize| left_out.binary_search(&group).is_ok();
@@ -127,7 +128,7 @@ mod tests {
     #[test]
     fn fractions_are_checked() {
         for wrong in [0.0, 1.0, -0.1, 1.5, f64::NAN, f64::INFINITY] {
-            assert!(checked_fraction(wrong).unwrap_err().to_string().contains("--hold-out"), "{wrong}");
+            assert!(checked_fraction(wrong).unwrap_err().to_string().contains("hold-out"), "{wrong}");
         }
         assert!(checked_fraction(0.5).is_ok());
     }

@@ -4,7 +4,7 @@ use super::bootstrap::Resampled;
 use super::covariance::Covariance;
 use super::errors::{ErrorTable, score};
 use super::result::{Fit, Selection, selection};
-use super::warning::Warning;
+use super::warning::{Unusable, Warning};
 use super::warnings;
 use crate::error::Error;
 use crate::fit::problem::loss::{LossKind, Objective};
@@ -155,7 +155,7 @@ impl Task<'_> {
     fn general_warnings(&self, fit: &Fit) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if let Some(reason) = &fit.unusable {
-            warnings.push(Warning { kind: "not-usable", parameter: None, text: reason.clone() });
+            warnings.push(Warning::NotUsable(*reason));
         }
         warnings.extend(warnings::saturated(fit.table.channels(), self.samples));
         if self.samples.directions.is_grid() {
@@ -163,14 +163,9 @@ impl Task<'_> {
             let tied = tied
                 .filter(|(_, row)| row.spec.isotropic_as.is_some() && matches!(row.status, Status::Tied(_)));
             for (index, row) in tied {
-                warnings.push(Warning {
-                    kind: "isotropic",
-                    parameter: Some(fit.table.name(index)),
-                    text: format!(
-                        "tied to {}: a half/difference grid does not hold the half vector's azimuth; measure \
-                         with varied phi_i to tell them apart",
-                        row.spec.isotropic_as.unwrap_or_default()
-                    ),
+                warnings.push(Warning::Isotropic {
+                    parameter: fit.table.name(index),
+                    other: row.spec.isotropic_as.unwrap_or_default(),
                 });
             }
         }
@@ -198,15 +193,10 @@ impl Task<'_> {
             let freed = table.with_freed(table.places(row.lobe, row.parameter));
             let loose = self.polish(&check_samples, freed, objective, CHECK_ITERATIONS)?.cost;
             if loose < (1.0 - WORTH_FREEING) * held {
-                let name = table.parameter_name(row);
-                warnings.push(Warning {
-                    kind: "worth-freeing",
-                    parameter: Some(name.clone()),
-                    text: format!(
-                        "fixed at {}, but the cost falls by {:.0} % without that: try --free {name}",
-                        row.value,
-                        100.0 * (1.0 - loose / held)
-                    ),
+                warnings.push(Warning::WorthFreeing {
+                    parameter: table.parameter_name(row),
+                    value: row.value,
+                    gain: 1.0 - loose / held,
                 });
             }
         }
@@ -215,26 +205,19 @@ impl Task<'_> {
 }
 
 /// Why a result is not to be used; `None` if it may be.
-fn unusable(solution: &Solution, counts: &Counts, errors: &ErrorTable) -> Option<String> {
+fn unusable(solution: &Solution, counts: &Counts, errors: &ErrorTable) -> Option<Unusable> {
     let finite = [errors.all.l2, errors.all.log, errors.all.cbrt].iter().all(|e| e.is_finite());
     if !finite || !solution.cost.is_finite() {
-        return Some("the model is not finite at some samples".to_owned());
+        return Some(Unusable::NotFinite);
     }
     if counts.dof < 0 {
-        return Some(format!(
-            "fewer values than the {} free parameters: measure more directions, or --fix some parameters",
-            counts.free
-        ));
+        return Some(Unusable::TooFewValues { free: counts.free });
     }
     match solution.termination {
         reason if reason.converged() => None,
-        Termination::IterationLimit => Some(
-            "the iteration limit was reached before a minimum: start closer with --init, or fit fewer parameters"
-                .to_owned(),
-        ),
-        Termination::Interrupted => Some("interrupted before a minimum was reached".to_owned()),
-        Termination::Timeout => Some("the time limit was reached before a minimum: raise --timeout".to_owned()),
-        _ => Some("no step lowers the error, though it should: the model may be too flat or not smooth here"
-            .to_owned()),
+        Termination::IterationLimit => Some(Unusable::IterationLimit),
+        Termination::Interrupted => Some(Unusable::Interrupted),
+        Termination::Timeout => Some(Unusable::Timeout),
+        _ => Some(Unusable::Stuck),
     }
 }

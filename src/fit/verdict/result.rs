@@ -4,7 +4,7 @@ use super::bootstrap::Resampled;
 use super::covariance::Covariance;
 use super::errors::{ErrorTable, Errors};
 use super::hold_out::HeldOut;
-use super::warning::Warning;
+use super::warning::{Unusable, Warning};
 use crate::brdf::Brdf;
 use crate::fit::options::Budget;
 use crate::fit::search::best_start::Start;
@@ -60,7 +60,7 @@ pub struct Fit {
     /// Why it stopped.
     pub termination: Termination,
     /// Why the result is not usable; `None` if it is.
-    pub unusable: Option<String>,
+    pub unusable: Option<Unusable>,
     /// Iterations of the final fit.
     pub iterations: u64,
     /// Evaluations of the final fit.

@@ -1,12 +1,548 @@
-//! What a warning is.
+//! What a warning is, and how it reads.
 
-/// Something that the user should know before relying on the result.
+use crate::error::OptionName;
+use crate::fit::problem::metric::Metric;
+use crate::measurement::Doubt;
+use std::fmt;
+
+/// Something that the user should know before relying on the result. Its text says what to do next.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The result must not be used.
+    NotUsable(Unusable),
+    /// The reader doubts that the file means what it says.
+    Reader(Doubt),
+    /// A parameter is at a bound, where it has no standard error.
+    AtBound {
+        /// The parameter's full name, without a channel.
+        parameter: String,
+        /// Which bound.
+        side: Side,
+        /// The bound, in the parameter's unit.
+        bound: f64,
+        /// The channels in which it is there; empty if all share the parameter.
+        channels: Vec<String>,
+        /// What that says about the lobe.
+        meaning: AtBound,
+    },
+    /// Parameters whose standard errors would rest on another staying at its bound, and are not given.
+    RestsOnBound {
+        /// Full names.
+        parameters: Vec<String>,
+    },
+    /// Parameters that the data do not determine, or not separately.
+    NotDetermined {
+        /// Full names.
+        parameters: Vec<String>,
+    },
+    /// Two factors of a lobe's strength that the data hardly tell apart.
+    NotSeparated {
+        /// Full name of the first, without a channel.
+        parameter: String,
+        /// Names of both, without their lobe.
+        factors: [&'static str; 2],
+        /// Why.
+        reason: NotSeparated,
+    },
+    /// A diffuse base and a lobe so rough that they are alike.
+    BaseLikeLobe {
+        /// The base's parameter.
+        parameter: String,
+        /// The lobe's parameter.
+        other: String,
+        /// The lobe.
+        lobe: String,
+        /// Their correlation, -1..1.
+        correlation: f64,
+    },
+    /// The two most strongly correlated parameters.
+    Correlated {
+        /// Full name of the first.
+        parameter: String,
+        /// Full name of the second.
+        other: String,
+        /// Their correlation, -1..1.
+        correlation: f64,
+    },
+    /// A shape of which many values fit equally well.
+    FlatProfile {
+        /// Its full name, without a channel.
+        parameter: String,
+        /// Its lobe.
+        lobe: String,
+        /// Smallest and largest value that fit equally well, in the parameter's unit.
+        range: [f64; 2],
+        /// By what fraction the error differs between them.
+        within: f64,
+    },
+    /// A combination of parameters that is known far worse than the others.
+    IllConditioned {
+        /// Full names of those in it.
+        parameters: Vec<String>,
+        /// Ratio of the largest to the smallest singular value.
+        condition: f64,
+    },
+    /// Channels whose largest value many samples share, as if the detector had been saturated.
+    Saturated {
+        /// One entry per channel.
+        channels: Vec<Saturated>,
+    },
+    /// Parameters whose standard errors are not given, since the loss discards the samples that determine them.
+    LossDiscards {
+        /// Full names.
+        parameters: Vec<String>,
+    },
+    /// Two starts that ended equally well with different shapes.
+    TiedStarts {
+        /// Full name of a shape that differs.
+        parameter: String,
+        /// Its values, the better first, in the parameter's unit.
+        values: [f64; 2],
+        /// By what fraction the second's cost is higher.
+        excess: f64,
+    },
+    /// A parameter that was tied to another, because the data do not hold what tells them apart.
+    Isotropic {
+        /// Its full name.
+        parameter: String,
+        /// The other's name, without its lobe.
+        other: &'static str,
+    },
+    /// A parameter, fixed by default, that the data would move.
+    WorthFreeing {
+        /// Its full name, without a channel.
+        parameter: String,
+        /// Where it is fixed, in its unit.
+        value: f64,
+        /// By what fraction the cost falls once it is free.
+        gain: f64,
+    },
+    /// Nothing was resampled, because the fit reached no minimum.
+    NotResampled,
+    /// Fewer resampled fits were finished than planned.
+    ResamplingCutShort {
+        /// Fits that were finished.
+        finished: usize,
+        /// Fits that were planned.
+        planned: usize,
+        /// Whether they were enough to replace the formula's standard errors.
+        enough: bool,
+    },
+    /// No budget reaches the error that was asked for.
+    TargetMissed {
+        /// The metric of the errors.
+        metric: Metric,
+        /// The error on all samples.
+        reached: f64,
+        /// The error asked for.
+        target: f64,
+    },
+    /// Parameters of an evaluation that nobody gave a value.
+    DefaultUsed {
+        /// Full names.
+        parameters: Vec<String>,
+    },
+}
+
+/// Why a result must not be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Unusable {
+    /// The model is infinite or NaN at some samples.
+    NotFinite,
+    /// There are fewer values than free parameters.
+    TooFewValues {
+        /// Number of free parameters.
+        free: usize,
+    },
+    /// The iteration limit was reached before a minimum.
+    IterationLimit,
+    /// The fit was interrupted before a minimum.
+    Interrupted,
+    /// The time limit was reached before a minimum.
+    Timeout,
+    /// No step lowers the error although the slope says that one should.
+    Stuck,
+}
+
+/// One of two bounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The smallest value allowed.
+    Lower,
+    /// The largest value allowed.
+    Upper,
+}
+
+/// What a parameter at its bound says about its lobe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AtBound {
+    /// A strength of 0: the lobe is absent.
+    Absent,
+    /// A reflectance of 0 at normal incidence: the lobe only rises towards grazing.
+    OnlyAtGrazing,
+    /// Nothing beyond the bound itself.
+    Limit,
+}
+
+/// Why two factors are hardly told apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum NotSeparated {
+    /// No direction is far enough from the normal, where a Fresnel term rises.
+    Reach {
+        /// Largest angle of incidence or viewing, degrees.
+        largest_deg: f64,
+        /// The angle beyond which directions would help, degrees.
+        wanted_deg: f64,
+    },
+    /// The factors are correlated.
+    Correlation(
+        /// -1..1.
+        f64,
+    ),
+}
+
+/// Samples of a channel that share its largest value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Saturated {
+    /// The channel.
+    pub channel: String,
+    /// How many samples.
+    pub samples: usize,
+    /// The value, 1/sr.
+    pub value: f64,
+}
+
+/// An option that helps against what a warning is about, and a value for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// Short name of the kind.
-    pub kind: &'static str,
-    /// The parameter that it is about; `None` if it is about the whole fit.
-    pub parameter: Option<String>,
-    /// What it is and what to do next.
-    pub text: String,
+pub struct Suggestion {
+    /// The option.
+    pub option: OptionName,
+    /// What to give it, such as `cook-torrance.m=LO..HI`; empty where that is the user's choice.
+    pub value: String,
+}
+
+impl Warning {
+    /// The kind, as reports name it.
+    #[must_use]
+    pub fn kind(&self) -> WarningKind {
+        match self {
+            Self::NotUsable(_) => WarningKind::NotUsable,
+            Self::Reader(Doubt::SuspiciousAngles { .. }) => WarningKind::SuspiciousAngles,
+            Self::AtBound { .. } | Self::RestsOnBound { .. } => WarningKind::AtBound,
+            Self::NotDetermined { .. } | Self::NotSeparated { .. } => WarningKind::NotIdentifiable,
+            Self::BaseLikeLobe { .. } | Self::Correlated { .. } => WarningKind::Correlated,
+            Self::FlatProfile { .. } => WarningKind::FlatProfile,
+            Self::IllConditioned { .. } => WarningKind::IllConditioned,
+            Self::Saturated { .. } => WarningKind::Saturated,
+            Self::LossDiscards { .. } => WarningKind::LossDiscards,
+            Self::TiedStarts { .. } => WarningKind::TiedStarts,
+            Self::Isotropic { .. } => WarningKind::Isotropic,
+            Self::WorthFreeing { .. } => WarningKind::WorthFreeing,
+            Self::NotResampled | Self::ResamplingCutShort { .. } => WarningKind::Resampling,
+            Self::TargetMissed { .. } => WarningKind::TargetMissed,
+            Self::DefaultUsed { .. } => WarningKind::DefaultUsed,
+        }
+    }
+
+    /// The full name of the parameter that it is about, or of the first of several; `None` if it is about the whole fit.
+    #[must_use]
+    pub fn parameter(&self) -> Option<&str> {
+        match self {
+            Self::AtBound { parameter, .. }
+            | Self::NotSeparated { parameter, .. }
+            | Self::BaseLikeLobe { parameter, .. }
+            | Self::Correlated { parameter, .. }
+            | Self::FlatProfile { parameter, .. }
+            | Self::TiedStarts { parameter, .. }
+            | Self::Isotropic { parameter, .. }
+            | Self::WorthFreeing { parameter, .. } => Some(parameter),
+            Self::RestsOnBound { parameters }
+            | Self::NotDetermined { parameters }
+            | Self::IllConditioned { parameters, .. }
+            | Self::LossDiscards { parameters }
+            | Self::DefaultUsed { parameters } => parameters.first().map(String::as_str),
+            Self::NotUsable(_)
+            | Self::Reader(_)
+            | Self::Saturated { .. }
+            | Self::NotResampled
+            | Self::ResamplingCutShort { .. }
+            | Self::TargetMissed { .. } => None,
+        }
+    }
+
+    /// The options that help.
+    #[must_use]
+    pub fn suggestions(&self) -> Vec<Suggestion> {
+        let suggestion = |option, value: String| Suggestion { option, value };
+        let of =
+            |option, form: &str| suggestion(option, format!("{}{form}", self.parameter().unwrap_or("P")));
+        match self {
+            Self::AtBound { meaning: AtBound::Limit, .. } => vec![of(OptionName::Bounds, "=LO..HI")],
+            Self::NotDetermined { .. }
+            | Self::BaseLikeLobe { .. }
+            | Self::Correlated { .. }
+            | Self::FlatProfile { .. } => vec![of(OptionName::Fix, "=V")],
+            Self::NotSeparated { .. } => vec![of(OptionName::Fix, "=1")],
+            Self::IllConditioned { .. } => vec![of(OptionName::Fix, "=V"), of(OptionName::Tie, "=Q")],
+            Self::LossDiscards { .. } => vec![
+                suggestion(OptionName::Metric, "cbrt".to_owned()),
+                suggestion(OptionName::LossScale, String::new()),
+            ],
+            Self::TiedStarts { .. } => vec![of(OptionName::Init, "=V")],
+            Self::WorthFreeing { .. } => vec![of(OptionName::Free, "")],
+            Self::DefaultUsed { .. } => vec![of(OptionName::Set, "=V")],
+            Self::RestsOnBound { .. } | Self::NotUsable(Unusable::TooFewValues { .. }) => {
+                vec![suggestion(OptionName::Fix, "P=V".to_owned())]
+            }
+            Self::NotUsable(Unusable::IterationLimit) => vec![suggestion(OptionName::Init, "P=V".to_owned())],
+            Self::NotUsable(Unusable::Timeout) | Self::ResamplingCutShort { .. } => {
+                vec![suggestion(OptionName::Timeout, String::new())]
+            }
+            Self::AtBound { .. }
+            | Self::NotUsable(_)
+            | Self::Reader(_)
+            | Self::Saturated { .. }
+            | Self::Isotropic { .. }
+            | Self::NotResampled
+            | Self::TargetMissed { .. } => Vec::new(),
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotUsable(reason) => reason.fmt(f),
+            Self::Reader(doubt) => doubt.fmt(f),
+            Self::AtBound { side, bound, channels, meaning, .. } => {
+                let side = if *side == Side::Upper { "upper" } else { "lower" };
+                write!(f, "at its {side} bound {bound}{}: {meaning}", for_channels(channels))
+            }
+            Self::RestsOnBound { parameters } => write!(
+                f,
+                "no standard error for {}, which {} on a parameter that is at its bound: use the products under \
+                 'derived', or fix the parameter at its bound if it belongs there",
+                this_and(parameters),
+                if parameters.len() > 1 { "depend" } else { "depends" }
+            ),
+            Self::NotDetermined { parameters } => match parameters.as_slice() {
+                [] | [_] => f.write_str("the data do not determine it: fix it, or use a model without it"),
+                several => write!(
+                    f,
+                    "the data do not determine {} separately: fix one of them, or use a model without it",
+                    several.join(", ")
+                ),
+            },
+            Self::NotSeparated { parameter, factors: [first, second], reason } => match reason {
+                NotSeparated::Reach { largest_deg, wanted_deg } => write!(
+                    f,
+                    "directions up to {largest_deg:.0} degrees hardly tell {first} and {second} apart: use their \
+                     product under 'derived', fix {parameter} at 1, or measure beyond {wanted_deg} degrees"
+                ),
+                NotSeparated::Correlation(correlation) => write!(
+                    f,
+                    "these data hardly tell {first} and {second} apart (correlation {correlation:.4}): use their \
+                     product under 'derived', or fix {parameter} at 1"
+                ),
+            },
+            Self::BaseLikeLobe { other, lobe, correlation, .. } => write!(
+                f,
+                "correlation {correlation:.4} with {other}: a lobe this rough looks like a diffuse base; fit without \
+                 '{lobe}' and compare, or fix one of the two"
+            ),
+            Self::Correlated { other, correlation, .. } => write!(
+                f,
+                "correlation {correlation:.4} with {other}: the data hardly tell them apart; fix one of them, or \
+                 measure closer to grazing"
+            ),
+            Self::FlatProfile { lobe, range: [low, high], within, .. } => write!(
+                f,
+                "any value from {low:.3} to {high:.3} fits equally well (error within {:.2} %): the data do not \
+                 determine it; fix it, or fit without '{lobe}'",
+                100.0 * within
+            ),
+            Self::IllConditioned { parameters, condition } => write!(
+                f,
+                "condition number {condition:.0e}: a combination of {} is known far worse than the rest; fix or tie \
+                 one of them",
+                parameters.join(", ")
+            ),
+            Self::Saturated { channels } => {
+                let listed: Vec<String> = channels.iter().map(ToString::to_string).collect();
+                write!(
+                    f,
+                    "{}, the largest value of all, as if the detector had been saturated: a peak that is cut off looks \
+                     wider than it is; leave these samples out, or measure them with less light",
+                    listed.join(", ")
+                )
+            }
+            Self::LossDiscards { parameters } => write!(
+                f,
+                "no standard error for {}, because the loss takes the samples that determine {} for outliers: compare \
+                 with the metric cbrt or log, or raise the scale of the loss",
+                this_and(parameters),
+                if parameters.len() > 1 { "them" } else { "it" }
+            ),
+            Self::TiedStarts { values: [best, rival], excess, .. } => write!(
+                f,
+                "one start led to {best:.4}, another to {rival:.4} at a cost only {:.3} % higher: the data do not choose \
+                 between the two; compare them on other data, or choose one by its initial value",
+                100.0 * excess
+            ),
+            Self::Isotropic { other, .. } => write!(
+                f,
+                "tied to {other}: a half/difference grid does not hold the half vector's azimuth; measure with several \
+                 phi_i to tell them apart"
+            ),
+            Self::WorthFreeing { value, gain, .. } => {
+                write!(
+                    f,
+                    "fixed at {value}, but the cost falls by {:.0} % once it is free: fit it",
+                    100.0 * gain
+                )
+            }
+            Self::NotResampled => f.write_str("nothing was resampled, because the fit reached no minimum"),
+            Self::ResamplingCutShort { finished, planned, enough } => {
+                let end = if *enough {
+                    "the standard errors are coarser than they could be"
+                } else {
+                    "the standard errors are the formula's"
+                };
+                write!(f, "{finished} of {planned} resampled fits were finished: {end}; allow more time")
+            }
+            Self::TargetMissed { metric, reached, target } => write!(
+                f,
+                "the {} error on all samples is {reached:.4e}, above the target of {target}: no budget reaches it; try a \
+                 model with another lobe",
+                metric.name()
+            ),
+            Self::DefaultUsed { parameters } => match parameters.as_slice() {
+                [only] => write!(f, "no value was given for {only}: its default was used"),
+                several => {
+                    write!(f, "no values were given for {}: their defaults were used", several.join(", "))
+                }
+            },
+        }
+    }
+}
+
+impl fmt::Display for Unusable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => f.write_str("the model is infinite or NaN at some samples"),
+            Self::TooFewValues { free } => {
+                write!(f, "fewer values than the {free} free parameters: measure more directions, or fix some parameters")
+            }
+            Self::IterationLimit => f.write_str(
+                "the iteration limit was reached before a minimum: start closer to it, or fit fewer parameters",
+            ),
+            Self::Interrupted => f.write_str("interrupted before a minimum was reached"),
+            Self::Timeout => f.write_str("the time limit was reached before a minimum: allow more time"),
+            Self::Stuck => f.write_str(
+                "no step lowers the error although the slope says that one should: the model may be too flat here, or \
+                 not smooth",
+            ),
+        }
+    }
+}
+
+impl fmt::Display for AtBound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Absent => {
+                "the data show no trace of this lobe; fit without it, or check the measurement's dark level"
+            }
+            Self::OnlyAtGrazing => "its lobe only rises towards grazing; fit without that lobe and compare",
+            Self::Limit => "it has no standard error there; widen its bounds if that makes sense",
+        })
+    }
+}
+
+impl fmt::Display for Saturated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { channel, samples, value } = self;
+        write!(f, "{samples} values of {channel} are {value:.6}")
+    }
+}
+
+/// ` for r, g`; nothing where there are no channels.
+fn for_channels(channels: &[String]) -> String {
+    if channels.is_empty() { String::new() } else { format!(" for {}", channels.join(", ")) }
+}
+
+/// The first parameter, which the line names already, and all others.
+fn this_and(parameters: &[String]) -> String {
+    match parameters {
+        [] | [_] => "this parameter".to_owned(),
+        [_, others @ ..] => format!("this parameter and {}", others.join(", ")),
+    }
+}
+
+/// The kind of a warning, as reports name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+#[expect(missing_docs, reason = "docs/use/report.md has what each means and what to do")]
+pub enum WarningKind {
+    AtBound,
+    Correlated,
+    DefaultUsed,
+    FlatProfile,
+    IllConditioned,
+    Isotropic,
+    LossDiscards,
+    NotIdentifiable,
+    NotUsable,
+    Resampling,
+    Saturated,
+    SuspiciousAngles,
+    TargetMissed,
+    TiedStarts,
+    WorthFreeing,
+}
+
+impl WarningKind {
+    /// Every kind.
+    pub const ALL: &[Self] = &[
+        Self::AtBound,
+        Self::Correlated,
+        Self::DefaultUsed,
+        Self::FlatProfile,
+        Self::IllConditioned,
+        Self::Isotropic,
+        Self::LossDiscards,
+        Self::NotIdentifiable,
+        Self::NotUsable,
+        Self::Resampling,
+        Self::Saturated,
+        Self::SuspiciousAngles,
+        Self::TargetMissed,
+        Self::TiedStarts,
+        Self::WorthFreeing,
+    ];
+
+    /// Its name in a report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AtBound => "at-bound",
+            Self::Correlated => "correlated",
+            Self::DefaultUsed => "default-used",
+            Self::FlatProfile => "flat-profile",
+            Self::IllConditioned => "ill-conditioned",
+            Self::Isotropic => "isotropic",
+            Self::LossDiscards => "loss-discards",
+            Self::NotIdentifiable => "not-identifiable",
+            Self::NotUsable => "not-usable",
+            Self::Resampling => "resampling",
+            Self::Saturated => "saturated",
+            Self::SuspiciousAngles => "suspicious-angles",
+            Self::TargetMissed => "target-missed",
+            Self::TiedStarts => "tied-starts",
+            Self::WorthFreeing => "worth-freeing",
+        }
+    }
 }

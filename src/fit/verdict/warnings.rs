@@ -1,7 +1,7 @@
 //! What a user should know before relying on a fit, each with what to do next.
 
 use super::result::Fit;
-use super::warning::Warning;
+use super::warning::{AtBound, NotSeparated, Saturated, Side, Warning};
 use crate::fit::search::scan::Profile;
 use crate::math::count;
 use crate::measurement::Samples;
@@ -70,43 +70,27 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
             }
         }
     }
-    let text = |Bound { name, upper, value, channels, reflectance }: Bound| {
-        let side = if upper { "upper" } else { "lower" };
-        let of = if channels.is_empty() { String::new() } else { format!(" for {}", channels.join(", ")) };
-        let advice = match (!upper && value == 0.0, reflectance) {
-            (true, false) => {
-                "the data do not ask for it; fit without it, or check the data's zero".to_owned()
-            }
+    let warning = |Bound { name, upper, value, channels, reflectance }: Bound| Warning::AtBound {
+        parameter: name,
+        side: if upper { Side::Upper } else { Side::Lower },
+        bound: value,
+        channels,
+        meaning: match (!upper && value == 0.0, reflectance) {
+            (true, false) => AtBound::Absent,
             // A lobe without reflectance at normal incidence is still there.
-            (true, true) => {
-                "its lobe only rises towards grazing; fit without that lobe and compare".to_owned()
-            }
-            _ => format!("it has no error there; widen it with --bounds {name}=LO..HI if that makes sense"),
-        };
-        Warning {
-            kind: "at-bound",
-            text: format!("at its {side} bound {value}{of}: {advice}"),
-            parameter: Some(name),
-        }
+            (true, true) => AtBound::OnlyAtGrazing,
+            _ => AtBound::Limit,
+        },
     };
-    let mut warnings: Vec<Warning> = groups.into_iter().map(text).collect();
+    let mut warnings: Vec<Warning> = groups.into_iter().map(warning).collect();
     warnings.extend(dependent(fit));
     warnings
 }
 
 /// Parameters whose error rests on others staying at their bounds.
 fn dependent(fit: &Fit) -> Option<Warning> {
-    let rows = &fit.covariance.as_ref()?.dependent;
-    let names = names_of(fit, rows);
-    Some(Warning {
-        kind: "at-bound",
-        parameter: Some(names.first()?.clone()),
-        text: format!(
-            "its error{} would rest on what is at a bound, and is not given; rely on products under 'derived', or --fix \
-             what is at the bound if it belongs there",
-            and_that_of(&names)
-        ),
-    })
+    let parameters = some_names_of(fit, &fit.covariance.as_ref()?.dependent)?;
+    Some(Warning::RestsOnBound { parameters })
 }
 
 /// Parameters that the data do not tell apart.
@@ -127,28 +111,14 @@ fn names_of(fit: &Fit, rows: &[usize]) -> Vec<String> {
     rows.iter().map(|row| fit.table.name(*row)).collect()
 }
 
-/// All names but the first, which a warning is about.
-fn and_that_of(names: &[String]) -> String {
-    match names {
-        [] | [_] => String::new(),
-        [_, others @ ..] => format!(" and that of {}", others.join(", ")),
-    }
+/// The same; `None` where there are no rows.
+fn some_names_of(fit: &Fit, rows: &[usize]) -> Option<Vec<String>> {
+    (!rows.is_empty()).then(|| names_of(fit, rows))
 }
 
 fn undetermined(fit: &Fit) -> Option<Warning> {
-    let rows = &fit.covariance.as_ref()?.undetermined;
-    let names = names_of(fit, rows);
-    Some(Warning {
-        kind: "not-identifiable",
-        parameter: Some(names.first()?.clone()),
-        text: match names.as_slice() {
-            [_] => "the data do not determine it: --fix it, or use a model without it".to_owned(),
-            several => format!(
-                "the data do not determine {} separately: --fix one of them, or use a model without it",
-                several.join(", ")
-            ),
-        },
-    })
+    let parameters = some_names_of(fit, &fit.covariance.as_ref()?.undetermined)?;
+    Some(Warning::NotDetermined { parameters })
 }
 
 /// Factors of a lobe's strength that are both free, and that these data hardly tell apart.
@@ -181,22 +151,13 @@ fn products(fit: &Fit, samples: &Samples) -> Vec<Warning> {
             let row = &table.rows()[table.places(*lobe, parameter)[0]];
             (row.spec.name, table.parameter_name(row))
         };
-        let ((first, full_first), (second, _)) = (name(*first), name(*second));
-        let why = if weak {
-            format!("directions up to {reach:.0} degrees")
+        let ((first, parameter), (second, _)) = (name(*first), name(*second));
+        let reason = if weak {
+            NotSeparated::Reach { largest_deg: reach, wanted_deg: FRESNEL_REACH_DEG }
         } else {
-            format!("these data (correlation {strongest:.4})")
+            NotSeparated::Correlation(strongest)
         };
-        let more =
-            if weak { format!(", or measure beyond {FRESNEL_REACH_DEG} degrees") } else { String::new() };
-        warnings.push(Warning {
-            kind: "not-identifiable",
-            text: format!(
-                "{first} and {second} are hardly told apart by {why}: rely on their product under 'derived', \
-                 --fix {full_first}=1{more}"
-            ),
-            parameter: Some(full_first),
-        });
+        warnings.push(Warning::NotSeparated { parameter, factors: [first, second], reason });
     }
     warnings
 }
@@ -240,27 +201,15 @@ fn correlated(fit: &Fit) -> Vec<Warning> {
     }
     let mut warnings = Vec::new();
     if let Some((correlation, base, other)) = with_base {
-        let lobe = &table.lobes()[lobe_of(other)];
-        warnings.push(Warning {
-            kind: "correlated",
-            text: format!(
-                "correlation {correlation:.4} with {}: a lobe this rough looks like a diffuse base; fit without \
-                 '{lobe}' and compare, or --fix one of the two",
-                table.name(other)
-            ),
-            parameter: Some(table.name(base)),
+        warnings.push(Warning::BaseLikeLobe {
+            parameter: table.name(base),
+            other: table.name(other),
+            lobe: table.lobes()[lobe_of(other)].clone(),
+            correlation,
         });
     }
     if let Some((correlation, a, b)) = strongest {
-        warnings.push(Warning {
-            kind: "correlated",
-            text: format!(
-                "correlation {correlation:.4} with {}: the data hardly tell them apart; --fix one, or measure \
-                 closer to grazing",
-                table.name(b)
-            ),
-            parameter: Some(table.name(a)),
-        });
+        warnings.push(Warning::Correlated { parameter: table.name(a), other: table.name(b), correlation });
     }
     warnings
 }
@@ -294,16 +243,11 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
         if !wide {
             continue;
         }
-        let name = fit.table.parameter_name(row);
-        warnings.push(Warning {
-            kind: "flat-profile",
-            text: format!(
-                "the error stays the same within {:.2} % from {low:.3} to {high:.3}: the data hardly depend on it; \
-                 --fix it, or fit without '{}'",
-                100.0 * threshold,
-                fit.table.lobes()[row.lobe]
-            ),
-            parameter: Some(name),
+        warnings.push(Warning::FlatProfile {
+            parameter: fit.table.parameter_name(row),
+            lobe: fit.table.lobes()[row.lobe].clone(),
+            range: [low, high],
+            within: threshold,
         });
     }
     warnings
@@ -312,21 +256,13 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
 /// A combination of several parameters that is known far worse than the others.
 fn ill_conditioned(fit: &Fit) -> Option<Warning> {
     let covariance = fit.covariance.as_ref().filter(|c| c.condition > ILL_CONDITIONED)?;
-    let names = names_of(fit, &covariance.weakest);
-    Some(Warning {
-        kind: "ill-conditioned",
-        parameter: Some(names.first()?.clone()),
-        text: format!(
-            "condition number {:.0e}: together {} are known far worse than the rest; --fix or --tie one of them",
-            covariance.condition,
-            names.join(", ")
-        ),
-    })
+    let parameters = some_names_of(fit, &covariance.weakest)?;
+    Some(Warning::IllConditioned { parameters, condition: covariance.condition })
 }
 
 /// Channels whose largest value is that of many samples: a detector that saturates.
 pub(super) fn saturated(channels: &[String], samples: &Samples) -> Option<Warning> {
-    let mut found: Vec<String> = Vec::new();
+    let mut found: Vec<Saturated> = Vec::new();
     for (channel, row) in channels.iter().zip(&samples.values) {
         let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mean = row.iter().sum::<f64>() / count(row.len().max(1));
@@ -335,33 +271,16 @@ pub(super) fn saturated(channels: &[String], samples: &Samples) -> Option<Warnin
             && count(cut_off) >= CUT_OFF_SHARE * count(row.len())
             && largest > STANDS_OUT * mean
         {
-            found.push(format!("{cut_off} values of {channel} are {largest:.6}"));
+            found.push(Saturated { channel: channel.clone(), samples: cut_off, value: largest });
         }
     }
-    (!found.is_empty()).then(|| Warning {
-        kind: "saturated",
-        parameter: None,
-        text: format!(
-            "{}, the largest there is, as if the detector had been saturated: a peak that is cut off seems wider; leave these \
-             samples out, or measure them with less light",
-            found.join(", ")
-        ),
-    })
+    (!found.is_empty()).then_some(Warning::Saturated { channels: found })
 }
 
 /// Parameters whose samples the loss discards.
 pub(super) fn discarded(fit: &Fit) -> Option<Warning> {
-    let rows = &fit.covariance.as_ref()?.discarded;
-    let names = names_of(fit, rows);
-    Some(Warning {
-        kind: "loss-discards",
-        parameter: Some(names.first()?.clone()),
-        text: format!(
-            "its error{} is not given, because the loss takes the samples that decide it for outliers: compare with \
-             --metric cbrt or log, or raise --loss-scale",
-            and_that_of(&names)
-        ),
-    })
+    let parameters = some_names_of(fit, &fit.covariance.as_ref()?.discarded)?;
+    Some(Warning::LossDiscards { parameters })
 }
 
 /// Starts that end as well as the best with other shapes.
@@ -383,14 +302,9 @@ pub(super) fn ties(fit: &Fit) -> Option<Warning> {
         .filter(|start| start.cost <= best.cost * (1.0 + COST_RESOLUTION) && start.termination.converged())
         .find_map(|start| differing(&start.reached).map(|found| (start.cost, found)));
     let (cost, (row, value, of_best)) = rival?;
-    let name = table.name(row);
-    Some(Warning {
-        kind: "tied-starts",
-        text: format!(
-            "one start led to {of_best:.4}, another to {value:.4} at a cost only {:.3} % higher: the data do not choose \
-             between the two; compare them on other data, or choose with --init {name}=V",
-            100.0 * (cost / best.cost - 1.0)
-        ),
-        parameter: Some(name),
+    Some(Warning::TiedStarts {
+        parameter: table.name(row),
+        values: [of_best, value],
+        excess: cost / best.cost - 1.0,
     })
 }

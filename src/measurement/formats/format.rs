@@ -27,6 +27,17 @@ pub enum BinPosition {
     Edge,
 }
 
+impl BinPosition {
+    /// Name on the command line and in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Center => "center",
+            Self::Edge => "edge",
+        }
+    }
+}
+
 /// What a reader may be told.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]

@@ -210,7 +210,7 @@ impl<'g> Table<'g> {
 /// The bytes of a MERL table whose cells hold `value` (RGB, 1/sr), and -1 where there is none.
 ///
 /// # Errors
-/// [`Error::Usage`] naming the file if a value is not finite.
+/// [`Error::Malformed`] naming the file if a value is not finite.
 pub fn encode(path: &Path, value: impl Fn(u32) -> Option<[f64; 3]>) -> Result<Vec<u8>, Error> {
     let mut planes: [Vec<u8>; 3] = std::array::from_fn(|_| Vec::with_capacity(FILE_BYTES / 3));
     for cell in (0_u32..).take(HalfDifferenceGrid::CELLS) {
@@ -222,7 +222,8 @@ pub fn encode(path: &Path, value: impl Fn(u32) -> Option<[f64; 3]>) -> Result<Ve
             }
         };
         if stored.iter().any(|v| !v.is_finite()) {
-            return Err(Error::Usage(format!("{}: the model is not finite in cell {cell}", path.display())));
+            let found = format!("NaN or infinity in cell {cell}");
+            return Err(Error::malformed(path, Place::File, "finite values of the model", found));
         }
         for (plane, value) in planes.iter_mut().zip(stored) {
             plane.extend_from_slice(&value.to_le_bytes());

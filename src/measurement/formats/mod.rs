@@ -13,7 +13,7 @@ pub use file::File;
 pub use format::{BinPosition, Confidence, Format, ReadDirections, ReadOptions};
 
 use super::{Measurement, Source};
-use crate::error::{Error, Place, excerpt};
+use crate::error::{Error, NameKind, OptionName, Place, excerpt};
 use crate::geometry::Pair;
 use std::path::Path;
 
@@ -23,7 +23,7 @@ pub const REGISTRY: &[Format] = &[merl::FORMAT, cornell::FORMAT, csv::FORMAT];
 /// Reads a measurement in the format named `format`, or in the one that its content shows.
 ///
 /// # Errors
-/// [`Error::Io`], [`Error::Malformed`] or, for an unknown format name, [`Error::Usage`].
+/// [`Error::Io`], [`Error::Malformed`] or, for an unknown format name, [`Error::UnknownName`].
 pub fn read(path: &Path, format: Option<&str>, options: &ReadOptions) -> Result<Measurement, Error> {
     // A wrong name is told before the file is looked at.
     format.map(named).transpose()?;
@@ -73,11 +73,11 @@ pub fn directions_of(mut file: File<'_>, options: &ReadOptions) -> Result<Vec<Pa
 /// The format of that name.
 ///
 /// # Errors
-/// [`Error::Usage`] if there is none.
+/// [`Error::UnknownName`] if there is none.
 pub fn named(name: &str) -> Result<&'static Format, Error> {
     REGISTRY.iter().find(|format| format.name == name).ok_or_else(|| {
         let names: Vec<&str> = REGISTRY.iter().map(|format| format.name).collect();
-        Error::Usage(format!("--format: expected {}, found {}", names.join("|"), excerpt(name)))
+        Error::unknown(OptionName::Format, NameKind::Format, &names, name)
     })
 }
 

@@ -18,7 +18,7 @@ mod surface;
 
 pub use grooves::Facets;
 
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use crate::geometry::Directions;
 use crate::math::count;
 use crate::measurement::{Channel, Measurement, Source};
@@ -106,7 +106,7 @@ impl Simulation {
     /// Traces the rays. `progress` hears how many parts of how many are done.
     ///
     /// # Errors
-    /// [`Error::Usage`] if a number is out of its range or no bin is left to measure.
+    /// [`Error::Invalid`] if a number is out of its range or no bin is left to measure.
     pub fn run(&self, progress: &(impl Fn(usize, usize) + Sync)) -> Result<Simulated, Error> {
         self.check()?;
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed ^ STREAM);
@@ -125,10 +125,10 @@ impl Simulation {
     /// Whether every number is in its range.
     ///
     /// # Errors
-    /// [`Error::Usage`] names the first that is not.
+    /// [`Error::Invalid`] names the first that is not.
     pub fn check(&self) -> Result<(), Error> {
         let range = |what: &str, ok: bool, range: &str, found: &dyn std::fmt::Display| {
-            if ok { Ok(()) } else { Err(Error::Usage(format!("{what}: expected {range}, found {found}"))) }
+            if ok { Ok(()) } else { Err(Error::invalid(what, range, found.to_string())) }
         };
         let (low, high) = (ROUGHNESS.start(), ROUGHNESS.end());
         range("m", ROUGHNESS.contains(&self.m), &format!("{low}..{high}"), &self.m)?;
@@ -198,10 +198,11 @@ impl Simulation {
             })
             .collect();
         if samples.is_empty() {
-            return Err(Error::Usage(format!(
-                "no direction of viewing within {} degrees reflects the light of these angles of incidence",
-                self.max_theta_deg
-            )));
+            return Err(Error::invalid(
+                OptionName::MaxTheta,
+                "directions of viewing within it that reflect the light of these angles of incidence",
+                format!("none within {} degrees", self.max_theta_deg),
+            ));
         }
         let measurement = Measurement {
             source: Source { format: "synthetic", ..Source::default() },

@@ -6,7 +6,7 @@ use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::formats::fields::{HORIZON_TOLERANCE, finite, polar_angle};
 use crate::measurement::formats::file::File;
 use crate::measurement::formats::format::{Confidence, Format, ReadOptions};
-use crate::measurement::{Measurement, Source};
+use crate::measurement::{Doubt, Measurement, Source};
 use csv::StringRecord;
 use std::collections::BTreeMap;
 
@@ -144,16 +144,11 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
 }
 
 /// Angles in radians read as degrees look like a measurement within two degrees of the normal.
-fn doubts(directions: &Directions) -> Vec<(&'static str, String)> {
+fn doubts(directions: &Directions) -> Vec<Doubt> {
     let right_angle = std::f64::consts::FRAC_PI_2.to_radians();
     let steepest = directions.iter().map(|g| g.sin2_i().max(g.sin2_o()).sqrt().asin()).fold(0.0, f64::max);
     if directions.len() < 2 || steepest > right_angle + HORIZON_TOLERANCE || steepest == 0.0 {
         return Vec::new();
     }
-    let text = format!(
-        "no direction is more than {:.2} degrees from the normal: if the file's angles are in radians, convert \
-         them to degrees",
-        steepest.to_degrees()
-    );
-    vec![("suspicious-angles", text)]
+    vec![Doubt::SuspiciousAngles { steepest_deg: steepest.to_degrees() }]
 }

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 /// The measurement as CSV in this project's own format, with `comments` in its head.
 ///
 /// # Errors
-/// [`Error::Usage`] if a value is not finite, or if the channels are called what no header can say.
+/// [`Error::Invalid`] if a value is not finite, or if the channels are called what no header can say.
 pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, Error> {
     let mut text = String::new();
     for comment in comments {
@@ -25,7 +25,8 @@ pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, E
         let sigma = measurement.sigma.iter().flatten();
         fields.extend(measurement.values.iter().chain(sigma).filter_map(|row| row.get(index)));
         if fields.iter().any(|v| !v.is_finite()) {
-            return Err(Error::Usage(format!("the model is not finite at sample {}", index + 1)));
+            let found = format!("NaN or infinity at sample {}", index + 1);
+            return Err(Error::invalid("model", "finite values", found));
         }
         let fields: Vec<String> = fields.iter().map(|v| format!("{v}")).collect();
         text.push_str(&fields.join(","));
@@ -58,8 +59,8 @@ fn check_header(header: &str, measurement: &Measurement) -> Result<(), Error> {
         return Ok(());
     }
     let names: Vec<&str> = wanted().map(String::as_str).collect();
-    let expected = "channels: expected names that differ and that a header of CSV can hold";
-    Err(Error::Usage(format!("{expected}, found {}", excerpt(&names.join(", ")))))
+    let expected = "names that differ and that a header of CSV can hold";
+    Err(Error::invalid("channels", expected, excerpt(&names.join(", "))))
 }
 
 fn angles(geometry: &Geometry<f64>) -> [f64; 4] {

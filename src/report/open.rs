@@ -1,0 +1,300 @@
+//! Names in a report that stand for values of an enum.
+
+use crate::error::OptionName;
+use crate::fit::{Budget, LossKind, Method, Metric, ParameterState, Uncertainty, WarningKind};
+use crate::measurement::Weighting;
+use crate::measurement::formats::BinPosition;
+use crate::model::Unit;
+use crate::solver::{SolverKind, Termination};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
+use std::fmt;
+
+/// An enum whose values have names in reports.
+pub trait Named: Copy + PartialEq + 'static {
+    /// What its schema is called.
+    const SCHEMA_NAME: &'static str;
+    /// Every value.
+    const ALL: &'static [Self];
+
+    /// The value's name.
+    fn in_report(self) -> &'static str;
+}
+
+/// A value of an enum in a report. The set is open: a later version may know more names than this one, and a reader keeps
+/// those that it does not know.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Open<T> {
+    /// A value that this version knows.
+    Known(T),
+    /// Another name; empty where the report has none.
+    Other(String),
+}
+
+impl<T> Default for Open<T> {
+    fn default() -> Self {
+        Self::Other(String::new())
+    }
+}
+
+impl<T: Named> Open<T> {
+    /// The name, as the report has it.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Known(value) => value.in_report(),
+            Self::Other(name) => name,
+        }
+    }
+
+    /// The value; `None` for a name that this version does not know.
+    #[must_use]
+    pub fn known(&self) -> Option<T> {
+        match self {
+            Self::Known(value) => Some(*value),
+            Self::Other(_) => None,
+        }
+    }
+}
+
+impl<T: Named> PartialEq<T> for Open<T> {
+    fn eq(&self, other: &T) -> bool {
+        self.known() == Some(*other)
+    }
+}
+
+impl<T> From<T> for Open<T> {
+    fn from(value: T) -> Self {
+        Self::Known(value)
+    }
+}
+
+impl<T: Named> fmt::Display for Open<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl<T: Named> Serialize for Open<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de, T: Named> Deserialize<'de> for Open<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let known = T::ALL.iter().find(|value| value.in_report() == name);
+        Ok(known.map_or(Self::Other(name), |value| Self::Known(*value)))
+    }
+}
+
+impl<T: Named> JsonSchema for Open<T> {
+    fn schema_name() -> Cow<'static, str> {
+        T::SCHEMA_NAME.into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let names: Vec<&str> = T::ALL.iter().map(|value| value.in_report()).collect();
+        json_schema!({
+            "description": "One of these names; later versions may add others.",
+            "anyOf": [{ "enum": names }, { "type": "string" }]
+        })
+    }
+}
+
+/// Gives enums their names in reports. A variant that is missing here is a compile error.
+macro_rules! named {
+    ($($type:ident ($name:ident): $($(#[$attribute:meta])* $variant:ident)*;)*) => {
+        $(impl Named for $type {
+            const SCHEMA_NAME: &'static str = stringify!($type);
+            const ALL: &'static [Self] = {
+                const fn complete(value: $type) -> $type {
+                    match value {
+                        $($(#[$attribute])* $type::$variant => value,)*
+                    }
+                }
+                &[$($(#[$attribute])* complete($type::$variant),)*]
+            };
+
+            fn in_report(self) -> &'static str {
+                self.$name()
+            }
+        })*
+    };
+}
+
+named! {
+    BinPosition (name): Center Edge;
+    Budget (name): Fast Balanced Full;
+    Criterion (name): L2 Log Cbrt HeldOutL2 HeldOutLog HeldOutCbrt;
+    LossKind (name): None Huber Cauchy;
+    Method (name): Absolute Sandwich BlockBootstrap;
+    Metric (name): L2 Log Cbrt;
+    OptionName (name): Bounds Fix Format Free HoldOut Init LossScale MaxTheta Metric PerChannel Set Shared Svg TargetError
+        Thickness Tie Timeout Tolerance Uncertainty Weights;
+    SolverKind (name): LevenbergMarquardt #[cfg(feature = "solvers")] LBfgs #[cfg(feature = "solvers")] NelderMead
+        #[cfg(feature = "solvers")] ParticleSwarm;
+    StopReason (name): Evaluated ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout
+        Invalid;
+    ParameterStatus (name): Free Fixed Tied AtLower AtUpper;
+    Uncertainty (name): Formula BlockBootstrap;
+    Unit (symbol): One Degrees UnscaledMerl;
+    WarningKind (name): AtBound Correlated DefaultUsed FlatProfile IllConditioned Isotropic LossDiscards NotIdentifiable
+        NotUsable Resampling Saturated SuspiciousAngles TargetMissed TiedStarts WorthFreeing;
+    Weighting (name): SolidAngle Uniform Sigma;
+}
+
+/// Whether a parameter was fitted, and where it ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParameterStatus {
+    /// Fitted, and within its bounds.
+    Free,
+    /// Kept at a value.
+    Fixed,
+    /// Equal to another parameter.
+    Tied,
+    /// Fitted, and at its lower bound.
+    AtLower,
+    /// Fitted, and at its upper bound.
+    AtUpper,
+}
+
+impl From<&ParameterState> for ParameterStatus {
+    fn from(state: &ParameterState) -> Self {
+        match state {
+            ParameterState::Free => Self::Free,
+            ParameterState::Fixed => Self::Fixed,
+            ParameterState::Tied { .. } => Self::Tied,
+            ParameterState::AtLower => Self::AtLower,
+            ParameterState::AtUpper => Self::AtUpper,
+        }
+    }
+}
+
+impl ParameterStatus {
+    /// Name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Fixed => "fixed",
+            Self::Tied => "tied",
+            Self::AtLower => "at-lower",
+            Self::AtUpper => "at-upper",
+        }
+    }
+}
+
+/// Why a fit stopped, or that nothing was fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "Termination has what each means")]
+pub enum StopReason {
+    /// Nothing was fitted: the given parameters were evaluated.
+    Evaluated,
+    ConvergedStep,
+    ConvergedCost,
+    ConvergedGradient,
+    Stalled,
+    IterationLimit,
+    Interrupted,
+    Timeout,
+    Invalid,
+}
+
+impl StopReason {
+    /// Name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Evaluated => "evaluated",
+            Self::ConvergedStep => Termination::ConvergedStep.name(),
+            Self::ConvergedCost => Termination::ConvergedCost.name(),
+            Self::ConvergedGradient => Termination::ConvergedGradient.name(),
+            Self::Stalled => Termination::Stalled.name(),
+            Self::IterationLimit => Termination::IterationLimit.name(),
+            Self::Interrupted => Termination::Interrupted.name(),
+            Self::Timeout => Termination::Timeout.name(),
+            Self::Invalid => Termination::Invalid.name(),
+        }
+    }
+}
+
+impl From<Termination> for StopReason {
+    fn from(termination: Termination) -> Self {
+        match termination {
+            Termination::ConvergedStep => Self::ConvergedStep,
+            Termination::ConvergedCost => Self::ConvergedCost,
+            Termination::ConvergedGradient => Self::ConvergedGradient,
+            Termination::Stalled => Self::Stalled,
+            Termination::IterationLimit => Self::IterationLimit,
+            Termination::Interrupted => Self::Interrupted,
+            Termination::Timeout => Self::Timeout,
+            Termination::Invalid => Self::Invalid,
+        }
+    }
+}
+
+/// What a ranking compares: the error of a metric, on the samples fitted or on those held out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "docs/use/conventions.md defines the metrics")]
+pub enum Criterion {
+    L2,
+    Log,
+    Cbrt,
+    HeldOutL2,
+    HeldOutLog,
+    HeldOutCbrt,
+}
+
+impl Criterion {
+    /// The error of a metric.
+    #[must_use]
+    pub fn of(metric: Metric, held_out: bool) -> Self {
+        match (metric, held_out) {
+            (Metric::L2, false) => Self::L2,
+            (Metric::Log, false) => Self::Log,
+            (Metric::Cbrt, false) => Self::Cbrt,
+            (Metric::L2, true) => Self::HeldOutL2,
+            (Metric::Log, true) => Self::HeldOutLog,
+            (Metric::Cbrt, true) => Self::HeldOutCbrt,
+        }
+    }
+
+    /// Name in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::L2 => "l2",
+            Self::Log => "log",
+            Self::Cbrt => "cbrt",
+            Self::HeldOutL2 => "held-out l2",
+            Self::HeldOutLog => "held-out log",
+            Self::HeldOutCbrt => "held-out cbrt",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_read_back_and_unknown_ones_are_kept() {
+        fn round<T: Named + fmt::Debug>() {
+            for value in T::ALL {
+                let text = serde_json::to_string(&Open::Known(*value)).unwrap();
+                assert_eq!(serde_json::from_str::<Open<T>>(&text).unwrap(), *value, "{text}");
+            }
+            let later: Open<T> = serde_json::from_str("\"of a later version\"").unwrap();
+            assert_eq!(serde_json::to_string(&later).unwrap(), "\"of a later version\"");
+        }
+        round::<Metric>();
+        round::<StopReason>();
+        round::<OptionName>();
+        round::<WarningKind>();
+        round::<Unit>();
+        round::<Criterion>();
+    }
+}

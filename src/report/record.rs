@@ -1,0 +1,532 @@
+//! The JSON form of a report: one set of types that is written and read.
+//!
+//! What later versions added is optional when reading, so that reports of older ones can still be read.
+
+use super::open::{Criterion, Open, ParameterStatus, StopReason};
+use crate::error::OptionName;
+use crate::fit::{
+    Budget, Errors, FittedParameter, HeldOut, LossKind, Method, Metric, Resampled, Suggestion, Uncertainty,
+    Warning, WarningKind,
+};
+use crate::measurement::Weighting;
+use crate::measurement::formats::BinPosition;
+use crate::model::Unit;
+use crate::solver::SolverKind;
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::marker::PhantomData;
+
+/// Name of the schema of one report.
+pub const SCHEMA: &str = "brdfit.report/1";
+/// Name of the schema of several reports.
+pub const SCHEMA_SEVERAL: &str = "brdfit.reports/1";
+
+/// The result of one fit or evaluation.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Report {
+    /// `brdfit.report/1`.
+    pub schema: Cow<'static, str>,
+    /// Version of the program.
+    #[serde(default)]
+    pub version: Cow<'static, str>,
+    /// The expression with every choice spelled out.
+    pub model: String,
+    /// What was measured.
+    pub data: Data,
+    /// Which samples counted, and how much.
+    #[serde(default)]
+    pub filters: FilterRecord,
+    /// The metric that was minimised.
+    #[serde(default)]
+    pub metric: Open<Metric>,
+    /// Every parameter, fixed and tied ones included.
+    pub parameters: Vec<Parameter>,
+    /// Products of parameters that the data determine better than either.
+    #[serde(default)]
+    pub derived: Vec<Derived>,
+    /// Correlations of the free parameters that are not at a bound; null above 100 of them, or where there
+    /// is no covariance.
+    #[serde(default)]
+    pub correlation: Option<Correlation>,
+    /// Every error, all channels together.
+    #[serde(default)]
+    pub errors: ErrorRecord,
+    /// Every error on all samples that pass the filters, where `--budget` or `--target-error` chose how many the fit uses; null otherwise.
+    #[serde(default)]
+    pub errors_on_all: Option<ErrorRecord>,
+    /// Every error per channel.
+    #[serde(default)]
+    pub errors_by_channel: InOrder<ErrorRecord>,
+    /// The size of the problem and how the uncertainty was found.
+    #[serde(default)]
+    pub fit: FitRecord,
+    /// Criteria that weigh the error against the number of parameters.
+    #[serde(default)]
+    pub selection: SelectionRecord,
+    /// The starts that were tried.
+    #[serde(default)]
+    pub starts: Vec<StartRecord>,
+    /// Why the fit stopped.
+    #[serde(default)]
+    pub termination: TerminationRecord,
+    /// The options as used.
+    #[serde(default)]
+    pub options: OptionRecord,
+    /// Wall-clock times, seconds, and threads: the only part that differs from run to run.
+    #[serde(default)]
+    pub time_s: Times,
+    /// What to know before relying on the result.
+    #[serde(default)]
+    pub warnings: Vec<WarningRecord>,
+}
+
+/// What was measured.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Data {
+    /// The file as it was named.
+    #[serde(default)]
+    pub path: String,
+    /// Its format.
+    #[serde(default)]
+    pub format: Cow<'static, str>,
+    /// SHA-256 of its bytes.
+    #[serde(default)]
+    pub sha256: String,
+    /// Names of the channels.
+    pub channels: Vec<String>,
+    /// Wavelengths in nanometres, where every channel has one.
+    #[serde(default)]
+    pub wavelengths_nm: Option<Vec<f64>>,
+    /// Samples in the file.
+    #[serde(default)]
+    pub samples: usize,
+    /// Samples used.
+    #[serde(default)]
+    pub used: usize,
+    /// Samples left out, by reason.
+    #[serde(default)]
+    pub dropped: BTreeMap<Cow<'static, str>, usize>,
+}
+
+/// Which samples counted, and how much.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct FilterRecord {
+    /// Largest angle of incidence and viewing, degrees, inclusive.
+    pub max_theta_deg: f64,
+    /// How the samples were weighted.
+    pub weights: Open<Weighting>,
+}
+
+/// One parameter.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Parameter {
+    /// The lobe that it belongs to.
+    pub lobe: String,
+    /// Its symbol.
+    pub name: Cow<'static, str>,
+    /// Its channel; null if the channels share it.
+    pub channel: Option<String>,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// Its unit; "1" is dimensionless.
+    #[serde(default)]
+    pub unit: Open<Unit>,
+    /// Standard error; null at a bound, if not free, or if the data do not determine it.
+    pub std_error: Option<f64>,
+    /// 95 % confidence interval; null like the standard error.
+    pub ci95: Option<[f64; 2]>,
+    /// Smallest and largest value allowed.
+    pub bounds: [f64; 2],
+    /// The value that the fit started from.
+    #[serde(default)]
+    pub initial: f64,
+    /// Whether it was fitted, and where it ended.
+    #[serde(default)]
+    pub status: Open<ParameterStatus>,
+}
+
+impl From<FittedParameter> for Parameter {
+    fn from(p: FittedParameter) -> Self {
+        Self {
+            lobe: p.lobe,
+            name: p.name.into(),
+            channel: p.channel,
+            value: p.value,
+            unit: p.unit.into(),
+            std_error: p.std_error,
+            ci95: p.ci95,
+            bounds: [p.bounds.0, p.bounds.1],
+            initial: p.initial,
+            status: ParameterStatus::from(&p.state).into(),
+        }
+    }
+}
+
+/// A product of parameters.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Derived {
+    /// Lobe and factors: `cook-torrance.ks*f0`.
+    pub name: String,
+    /// Its channel; null if the channels share it.
+    pub channel: Option<String>,
+    /// Its value.
+    pub value: f64,
+    /// Standard error; null where a factor has none.
+    pub std_error: Option<f64>,
+    /// 95 % confidence interval.
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// Correlations between parameters.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Correlation {
+    /// Full names, in the order of rows and columns.
+    pub parameters: Vec<String>,
+    /// Correlations, -1..1.
+    pub matrix: Vec<Vec<Option<f64>>>,
+}
+
+/// Every error; docs/use/conventions.md defines each.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[expect(missing_docs, reason = "defined together in docs/use/conventions.md")]
+#[serde(default)]
+pub struct ErrorRecord {
+    pub l2: Option<f64>,
+    pub log: Option<f64>,
+    pub cbrt: Option<f64>,
+    pub log_ratio: Option<f64>,
+    pub relative: Option<f64>,
+}
+
+/// A number that JSON can hold; `None` where it overflowed on the way.
+pub(super) fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+impl ErrorRecord {
+    /// The error in a metric; `None` where it is not a number.
+    #[must_use]
+    pub fn of(&self, metric: Metric) -> Option<f64> {
+        match metric {
+            Metric::L2 => self.l2,
+            Metric::Log => self.log,
+            Metric::Cbrt => self.cbrt,
+        }
+    }
+}
+
+impl From<&Errors> for ErrorRecord {
+    fn from(e: &Errors) -> Self {
+        let [l2, log, cbrt, log_ratio] = [e.l2, e.log, e.cbrt, e.log_ratio].map(finite);
+        Self { l2, log, cbrt, log_ratio, relative: e.relative.and_then(finite) }
+    }
+}
+
+/// The size of the problem and how the uncertainty was found.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct FitRecord {
+    /// Number of residuals: samples times channels.
+    pub n: usize,
+    /// Residuals less free parameters.
+    pub dof: i64,
+    /// What was minimised: the weighted mean square in the metric (smoothed for cbrt), or chi^2 for
+    /// weights by sigma.
+    pub cost: Option<f64>,
+    /// chi^2/dof for weights by sigma, else null.
+    pub reduced_chi2: Option<f64>,
+    /// Ratio of the largest to the smallest singular value of J with columns of unit length; null where
+    /// there is no uncertainty.
+    pub condition: Option<f64>,
+    /// How the uncertainty was found; null where there is none.
+    pub uncertainty_method: Option<Open<Method>>,
+    /// What the block bootstrap drew; null for other methods.
+    pub resampling: Option<ResamplingRecord>,
+}
+
+/// What the block bootstrap drew.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct ResamplingRecord {
+    /// Fits repeated.
+    pub replicates: usize,
+    /// Smallest and largest theta_i of each group of samples, degrees; twice the same for one angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+}
+
+impl From<&Resampled> for ResamplingRecord {
+    fn from(resampled: &Resampled) -> Self {
+        Self { replicates: resampled.replicates, theta_i_deg: resampled.theta_i_deg.clone() }
+    }
+}
+
+/// Criteria for choosing between models.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct SelectionRecord {
+    /// Akaike's criterion, corrected for small samples.
+    pub aicc: Option<f64>,
+    /// Bayesian criterion.
+    pub bic: Option<f64>,
+    /// Errors on samples that were held out; null where none were.
+    pub held_out: Option<HeldOutRecord>,
+}
+
+/// Errors on samples that the fit has not seen.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct HeldOutRecord {
+    /// Every error, all channels together.
+    #[serde(flatten)]
+    pub errors: ErrorRecord,
+    /// How many samples were held out.
+    pub samples: usize,
+    /// Smallest and largest theta_i of each group of samples held out, degrees; twice the same for one
+    /// angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+}
+
+impl From<&HeldOut> for HeldOutRecord {
+    fn from(held: &HeldOut) -> Self {
+        Self {
+            errors: ErrorRecord::from(&held.errors),
+            samples: held.samples,
+            theta_i_deg: held.theta_i_deg.clone(),
+        }
+    }
+}
+
+/// One start of the search.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct StartRecord {
+    /// Cost that it led to, on the samples of the search.
+    pub cost: Option<f64>,
+    /// Shapes that it began with, by full name.
+    pub shapes: InOrder<f64>,
+    /// Shapes that it led to, lobes of one kind in order.
+    pub reached: InOrder<f64>,
+    /// Why its polishing stopped.
+    pub reason: Open<StopReason>,
+}
+
+/// Why the fit stopped.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct TerminationRecord {
+    /// Why it stopped, or that nothing was fitted.
+    pub reason: Open<StopReason>,
+    /// Whether the result is a minimum that can be used.
+    pub usable: bool,
+    /// Iterations of the final fit.
+    pub iterations: u64,
+    /// Passes over the samples in the final fit.
+    pub evaluations: u64,
+}
+
+/// The options as used.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct OptionRecord {
+    /// Number of samples that were drawn; null for all.
+    pub samples: Option<usize>,
+    /// The budget, given or the one that reached the target; null without either.
+    pub budget: Option<Open<Budget>>,
+    /// The error that was asked for; null for none.
+    pub target_error: Option<f64>,
+    /// The seed of all random draws.
+    pub seed: u64,
+    /// The fraction of the angles of incidence held out; null for none.
+    pub hold_out: Option<f64>,
+    /// The optimiser; null where nothing was fitted.
+    pub solver: Option<Open<SolverKind>>,
+    /// Where the standard errors come from; null where nothing was fitted.
+    pub uncertainty: Option<Open<Uncertainty>>,
+    /// Which directions the cells of a MERL table stand for.
+    pub merl_bins: Open<BinPosition>,
+    /// How strongly outliers are down-weighted.
+    pub loss: Open<LossKind>,
+    /// Residual above which the loss down-weights a sample, in units of the residual (standard deviations for weights by
+    /// sigma), given or estimated; null without a loss.
+    pub loss_scale: Option<f64>,
+    /// Whether that scale was estimated from the residuals; null without a loss.
+    pub loss_scale_auto: Option<bool>,
+    /// The time limit, seconds; null for none.
+    pub timeout_s: Option<f64>,
+    /// Options about parameters, as they were given.
+    pub parameters: Vec<String>,
+}
+
+/// Wall-clock times.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Times {
+    /// Reading the file.
+    pub read: f64,
+    /// Fitting.
+    pub fit: f64,
+    /// Both.
+    pub total: f64,
+    /// Threads used.
+    pub threads: usize,
+}
+
+/// Something to know before relying on the result.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct WarningRecord {
+    /// Its kind; docs/use/report.md lists them.
+    pub kind: Open<WarningKind>,
+    /// The parameter concerned, if it is one.
+    pub parameter: Option<String>,
+    /// What it is and what to do next.
+    pub text: String,
+    /// Options that help, and values for them.
+    #[serde(default)]
+    pub suggestions: Vec<SuggestionRecord>,
+}
+
+impl fmt::Display for WarningRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.parameter {
+            Some(parameter) => write!(f, "{parameter}: {}", self.text),
+            None => f.write_str(&self.text),
+        }
+    }
+}
+
+impl From<&Warning> for WarningRecord {
+    fn from(warning: &Warning) -> Self {
+        let suggestions = warning.suggestions().into_iter();
+        Self {
+            kind: warning.kind().into(),
+            parameter: warning.parameter().map(str::to_owned),
+            text: warning.to_string(),
+            suggestions: suggestions
+                .map(|Suggestion { option, value }| SuggestionRecord { option: option.into(), value })
+                .collect(),
+        }
+    }
+}
+
+/// An option that helps against what a warning is about.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct SuggestionRecord {
+    /// The option.
+    pub option: Open<OptionName>,
+    /// What to give it, such as `cook-torrance.m=LO..HI`; empty where that is the user's choice.
+    pub value: String,
+}
+
+/// The result of several fits.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Reports {
+    /// `brdfit.reports/1`.
+    pub schema: Cow<'static, str>,
+    /// One report per input and model, in the order given.
+    pub reports: Vec<Report>,
+    /// The models of each input from best to worst.
+    pub ranking: Vec<Rank>,
+    /// Inputs that could not be fitted.
+    #[serde(default)]
+    pub failed: Vec<Failure>,
+}
+
+/// A place in the ranking.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Rank {
+    /// Index into `reports`.
+    pub index: usize,
+    /// What was compared.
+    #[serde(default)]
+    pub criterion: Open<Criterion>,
+    /// Its value; smaller is better, null is worst.
+    pub value: Option<f64>,
+}
+
+/// An input that could not be fitted.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Failure {
+    /// The file as it was named.
+    pub path: String,
+    /// Why.
+    pub error: String,
+}
+
+/// A JSON object whose members keep their order.
+#[derive(Clone, Debug)]
+pub struct InOrder<T>(pub Vec<(String, T)>);
+
+impl<T: Serialize> Serialize for InOrder<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for InOrder<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        /// Takes the members one by one.
+        struct Members<T>(PhantomData<T>);
+
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Members<T> {
+            type Value = InOrder<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut members = Vec::new();
+                while let Some(member) = map.next_entry()? {
+                    members.push(member);
+                }
+                Ok(InOrder(members))
+            }
+        }
+
+        deserializer.deserialize_map(Members(PhantomData))
+    }
+}
+
+impl<T> Default for InOrder<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for InOrder<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("map_of_{}", T::schema_name()).into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        BTreeMap::<String, T>::json_schema(generator)
+    }
+    fn inline_schema() -> bool {
+        true
+    }
+}
+
+/// The JSON Schema of one report or several.
+#[must_use]
+pub fn schema() -> Schema {
+    /// Either form.
+    #[derive(JsonSchema)]
+    #[serde(untagged)]
+    #[schemars(title = "brdfit report", rename = "AnyReport")]
+    #[expect(dead_code, reason = "only its schema is used")]
+    enum Either {
+        /// One input and one model.
+        One(Box<Report>),
+        /// Several.
+        Several(Reports),
+    }
+    // Of what is written: readers may rely on every field of it.
+    SchemaSettings::default().for_serialize().into_generator().into_root_schema_for::<Either>()
+}
