@@ -15,6 +15,7 @@
 //! To add a model: copy the file of the one most like it, and add one line to the list in `registry.rs`.
 
 mod choices;
+mod energy;
 mod erased_part;
 mod evaluation;
 mod expression;
@@ -30,6 +31,7 @@ mod values;
 mod zoo;
 
 pub use choices::{Choices, ModelOption};
+pub use energy::Energy;
 pub use evaluation::BasisBlock;
 pub use expression::{Expression, Lobe, LobeValues};
 pub use parameter::{ParamSpec, Role, Scale, Sharing, Sharper, Unit};
@@ -71,5 +73,10 @@ pub trait Model: Sized {
     /// Pairs of parameters whose product is determined better than either of them.
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         &[]
+    }
+
+    /// Whether more light may leave the surface than arrives. A test measures that it is so.
+    fn energy(&self) -> Energy {
+        Energy::Conserved
     }
 }
