@@ -15,6 +15,7 @@
 //! To add a model: copy the file of the one most like it, and add one line to the list in `registry.rs`.
 
 mod choices;
+mod energy;
 mod erased_part;
 mod evaluation;
 mod expression;
@@ -33,6 +34,7 @@ mod zoo;
 #[doc(hidden)]
 pub use choices::Choices;
 pub use choices::ModelOption;
+pub use energy::Energy;
 #[doc(hidden)]
 pub use evaluation::BasisBlock;
 pub use expression::{Expression, Lobe, LobeValues};
@@ -80,5 +82,10 @@ pub trait Model: Sized {
     /// Pairs of parameters whose product is determined better than either of them.
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         &[]
+    }
+
+    /// Whether more light may leave the surface than arrives. A test measures that it is so.
+    fn energy(&self) -> Energy {
+        Energy::Conserved
     }
 }

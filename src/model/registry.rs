@@ -5,6 +5,7 @@
 
 use super::Model;
 use super::choices::{Choices, ModelOption};
+use super::energy::Energy;
 use super::evaluation::BasisBlock;
 use super::parameter::ParamSpec;
 use super::part::{Derivatives, Kernel, Part, Visitor};
@@ -176,6 +177,12 @@ macro_rules! models {
             #[must_use]
             pub fn products(&self) -> &'static [(&'static str, &'static str)] {
                 match self { $(Self::$model(m) => m.products()),* }
+            }
+
+            /// Whether more light may leave the surface than arrives.
+            #[must_use]
+            pub fn energy(&self) -> Energy {
+                match self { $(Self::$model(m) => m.energy()),* }
             }
 
             fn visit(&self, visitor: &mut impl Visitor) {

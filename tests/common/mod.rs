@@ -2,6 +2,9 @@
 
 #![allow(clippy::print_stderr)]
 
+pub mod truth;
+
+use brdfit::model::{Choices, ModelEntry};
 use std::collections::BTreeMap;
 #[cfg(feature = "cli")]
 use std::ffi::OsStr;
@@ -21,6 +24,11 @@ pub fn manual_of(model: &str) -> PathBuf {
     let file = format!("{}.rs", model.replace('-', "_"));
     let [zoo, published] = ["zoo", "published"].map(|folder| model_source(folder).join(&file));
     if zoo.exists() { zoo } else { published }
+}
+
+/// Whether a variant differs from the default in more than one choice: it is a product of others' parts.
+pub fn is_product(entry: &ModelEntry, choices: &Choices) -> bool {
+    entry.options.iter().filter(|o| choices.get(o.key) != o.default).count() > 1
 }
 
 /// What one run of the program left behind.

@@ -36,7 +36,7 @@ use crate::math::{Real, Scalar};
 use crate::model::parts::distribution::{Distribution, relative_exp_m1};
 use crate::model::parts::fresnel::{Constants, FresnelReflectance, Schlick};
 use crate::model::zoo::lambert::Lambert;
-use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
+use crate::model::{Choices, Energy, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
 use std::f64::consts::FRAC_1_PI;
 
 /// A shifted gamma distribution with a shadowing function and a Fresnel term of its own, per channel.
@@ -179,5 +179,9 @@ impl Model for BagherSgd {
 
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         &[("ks", "f0")]
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 155.7 }
     }
 }

@@ -26,7 +26,7 @@ use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
 use crate::model::zoo::lambert::Lambert;
-use crate::model::{Choices, Model, ParamSpec, Values, Visitor};
+use crate::model::{Choices, Energy, Model, ParamSpec, Values, Visitor};
 
 /// The model with the paper's own constants.
 #[derive(Clone, Copy, Debug)]
@@ -66,5 +66,9 @@ impl Model for CookTorrance1982 {
         let [kd, s] = amplitudes.take();
         // pi D/(pi ci co) against D/(4 ci co)
         [kd, s.times(4.0)]
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 3.998 }
     }
 }

@@ -26,7 +26,7 @@ use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::{DielectricIndex, FresnelReflectance, Reflectance};
 use crate::model::parts::shadowing::Shadowing;
 use crate::model::zoo::lambert::Lambert;
-use crate::model::{Choices, Model, ParamSpec, Unit, Values, Visitor};
+use crate::model::{Choices, Energy, Model, ParamSpec, Unit, Values, Visitor};
 
 /// The model and the constants of a published table of fits.
 #[derive(Clone, Copy, Debug)]
@@ -59,5 +59,9 @@ impl Model for LowCookTorrance {
         let [kd, ks] = amplitudes.take();
         // pi D/(pi ci co) against D/(4 ci co)
         [kd, ks.times(4.0)]
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 3.67 }
     }
 }

@@ -29,7 +29,7 @@ use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
 use crate::model::zoo::lambert::Lambert;
-use crate::model::{Choices, Model, ParamSpec, Unit, Values, Visitor};
+use crate::model::{Choices, Energy, Model, ParamSpec, Unit, Values, Visitor};
 use std::f64::consts::FRAC_1_PI;
 
 /// The model and the constants of a published table of fits.
@@ -68,5 +68,9 @@ impl Model for NganCookTorrance {
 
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         &[("ks", "f0")]
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 1.273 }
     }
 }

@@ -23,7 +23,7 @@ use crate::math::Scalar;
 use crate::model::zoo::lambert::Lambert;
 use crate::model::zoo::ward::Slopes;
 use crate::model::zoo::ward_duer::Product;
-use crate::model::{Choices, Model, ParamSpec, Unit, Values, Visitor};
+use crate::model::{Choices, Energy, Model, ParamSpec, Unit, Values, Visitor};
 
 /// Duer's form of Ward's lobe over a Lambert base, as in a published table of fits.
 #[derive(Clone, Copy, Debug)]
@@ -52,5 +52,9 @@ impl Model for NganWardDuer {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
         amplitudes.take()
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 44.4 }
     }
 }

@@ -25,7 +25,7 @@ use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
-use crate::model::{Choices, Model, ModelOption, ParamSpec, Values, Visitor};
+use crate::model::{Choices, Energy, Model, ModelOption, ParamSpec, Values, Visitor};
 
 /// A microfacet lobe.
 #[derive(Clone, Copy, Debug)]
@@ -93,5 +93,9 @@ impl Model for CookTorrance {
             Fresnel::Conductor | Fresnel::None => &[],
             _ => &[("ks", "f0")],
         }
+    }
+
+    fn energy(&self) -> Energy {
+        self.shadowing.energy()
     }
 }

@@ -38,7 +38,8 @@ use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Gtr, Isotropi
 use crate::model::parts::fresnel::{FresnelReflectance, Reflectance, Schlick};
 use crate::model::parts::shadowing::SmithUncorrelated;
 use crate::model::{
-    Choices, Kernel, Model, ParamSpec, Part, Reshape, Reshaped, Scale, Sharing, Sharper, Values, Visitor,
+    Choices, Energy, Kernel, Model, ParamSpec, Part, Reshape, Reshaped, Scale, Sharing, Sharper, Values,
+    Visitor,
 };
 use std::f64::consts::FRAC_1_PI;
 
@@ -223,5 +224,9 @@ impl Model for Disney2012 {
             coat.times(0.04),
             coat,
         ]
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 1.647 }
     }
 }

@@ -21,7 +21,7 @@
 use super::oren_nayar::roughness;
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
-use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Values, Visitor};
+use crate::model::{Choices, Energy, Kernel, Model, ParamSpec, Part, Values, Visitor};
 use std::f64::consts::FRAC_1_PI;
 
 /// Disney's diffuse lobe.
@@ -83,5 +83,9 @@ impl Model for DisneyDiffuse {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
         amplitudes.take()
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 1.554 }
     }
 }

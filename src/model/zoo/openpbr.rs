@@ -54,8 +54,8 @@ use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Shadows};
 use crate::model::parts::fresnel::{DielectricIndex, Fresnel, Reflectance};
 use crate::model::parts::shadowing::Smith;
 use crate::model::{
-    Choices, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Reshape, Reshaped, Scale, Sharing,
-    Sharper, Values, Visitor,
+    Choices, Energy, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Reshape, Reshaped, Scale,
+    Sharing, Sharper, Values, Visitor,
 };
 use std::f64::consts::PI;
 
@@ -246,6 +246,10 @@ impl Model for Openpbr {
         let dielectric = one - metalness;
         let [single, a, b, c, d, e] = body_coefficients(color).map(|coefficient| dielectric * coefficient);
         [single, a, b, c, d, e, dielectric * tint, fallen, risen, dip]
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 1.0024 }
     }
 }
 

@@ -30,7 +30,9 @@
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
-use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor};
+use crate::model::{
+    Choices, Energy, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor,
+};
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI};
 
 /// A rough diffuse surface.
@@ -294,5 +296,13 @@ impl Model for OrenNayar {
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
         let [albedo] = amplitudes.take();
         [albedo, albedo * albedo]
+    }
+
+    fn energy(&self) -> Energy {
+        match self.variant {
+            Variant::Full => Energy::MayGain { largest_albedo: 1.048 },
+            Variant::Qualitative => Energy::MayGain { largest_albedo: 1.006 },
+            Variant::Fujii => Energy::Conserved,
+        }
     }
 }

@@ -33,7 +33,7 @@ use super::cook_torrance::DISTRIBUTION;
 use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::shadowing::Shadowing;
-use crate::model::{Choices, Model, ModelOption, ParamSpec, Values, Visitor};
+use crate::model::{Choices, Energy, Model, ModelOption, ParamSpec, Values, Visitor};
 
 /// A lobe back to the light.
 #[derive(Clone, Copy, Debug)]
@@ -80,5 +80,9 @@ impl Model for Retro {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
         amplitudes.take()
+    }
+
+    fn energy(&self) -> Energy {
+        self.shadowing.energy()
     }
 }

@@ -24,7 +24,9 @@
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::parts::distribution::{Anisotropic, Isotropic, Roughness};
-use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Values, Visitor};
+use crate::model::{
+    Choices, Energy, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Values, Visitor,
+};
 use std::f64::consts::FRAC_1_PI;
 use std::marker::PhantomData;
 
@@ -148,5 +150,9 @@ impl Model for Ward {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
         amplitudes.take()
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 1.504 }
     }
 }

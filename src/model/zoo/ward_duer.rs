@@ -21,7 +21,7 @@
 use super::ward::{SHAPE, Slopes};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
-use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Values, Visitor};
+use crate::model::{Choices, Energy, Kernel, Model, ModelOption, ParamSpec, Part, Values, Visitor};
 
 /// Ward's lobe, kept bright towards grazing.
 #[derive(Clone, Copy, Debug)]
@@ -74,5 +74,9 @@ impl Model for WardDuer {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
         amplitudes.take()
+    }
+
+    fn energy(&self) -> Energy {
+        Energy::MayGain { largest_albedo: 44.4 }
     }
 }
