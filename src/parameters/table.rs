@@ -602,7 +602,11 @@ mod tests {
     #[test]
     fn mistakes_are_named() {
         for (name, setting, words) in [
-            ("m", Setting::Free, "several lobes"),
+            (
+                "m",
+                Setting::Free,
+                "several parameters have this name: write one of cook-torrance.m, cook-torrance#2.m",
+            ),
             ("q", Setting::Free, "found 'q'"),
             ("cook-torrance#3.m", Setting::Free, "found 'cook-torrance#3'"),
             ("lambert.kd.x", Setting::Free, "found 'x'"),
