@@ -8,6 +8,7 @@ use crate::math::{Dual, Scalar as _, count};
 use crate::model::parts::paint_layers::{Film, opaque, saunderson, saunderson_inverse};
 use crate::solver::{LeastSquares, Limits, Linearisation, Termination, Tolerances, minimise};
 use nalgebra::{DMatrix, DVector};
+use std::fmt;
 
 /// A number and how sure it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,13 +51,64 @@ pub struct Fitted {
     pub remarks: Vec<Remark>,
 }
 
-/// A warning about one channel.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Remark {
-    /// `not-usable`, `opaque`, `at-bound` or `no-errors`.
-    pub kind: &'static str,
-    /// What it is, and what to do.
-    pub text: String,
+/// A warning about one channel. Its text says what to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Remark {
+    /// The fit did not converge.
+    NotConverged,
+    /// One reflectance cannot determine two coefficients.
+    OneReflectance,
+    /// The reflectances do not tell K from S.
+    NotSeparated,
+    /// The film hides its backing, so only K/S is determined.
+    Opaque,
+    /// K ended at 0.
+    NoAbsorption,
+    /// S ended at 0.
+    NoScattering,
+    /// K/S ended at its largest value.
+    Black,
+    /// There are as many unknowns as reflectances, and no standard deviations.
+    NoErrors,
+}
+
+impl Remark {
+    /// Its kind, as reports name it.
+    #[must_use]
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::NotConverged | Self::OneReflectance | Self::NotSeparated => "not-usable",
+            Self::Opaque => "opaque",
+            Self::NoAbsorption | Self::NoScattering | Self::Black => "at-bound",
+            Self::NoErrors => "no-errors",
+        }
+    }
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotConverged => "the fit did not converge: check the reflectances and the backings",
+            Self::OneReflectance => {
+                "one reflectance does not determine K and S: measure over a second backing or at a second thickness"
+            }
+            Self::NotSeparated => {
+                "the reflectances do not tell K from S: measure over backings that differ more, or at another thickness"
+            }
+            Self::Opaque => "the backing does not show through: only K/S is determined; measure a thinner film",
+            Self::NoAbsorption => {
+                "K ended at 0: check the reflectances of the backings and the correction for the surface"
+            }
+            Self::NoScattering => {
+                "S ended at 0: check the reflectances of the backings and the correction for the surface"
+            }
+            Self::Black => "K/S ended at its largest value, 1e6: nothing is reflected",
+            Self::NoErrors => {
+                "there are as many unknowns as reflectances: standard errors need a column 'sigma' or more reflectances"
+            }
+        })
+    }
 }
 
 /// The largest K X and S X that are searched: any more of either is as opaque.
@@ -366,37 +418,25 @@ fn judge(index: usize, problem: &Problem<'_>, found: &Estimate) -> Fitted {
 fn remarks(problem: &Problem<'_>, converged: bool, certainty: &Certainty, has_errors: bool) -> Vec<Remark> {
     let determined = certainty.determined();
     let mut remarks = Vec::new();
-    let mut remark = |kind, text: &str| remarks.push(Remark { kind, text: text.to_owned() });
     if !converged {
-        remark("not-usable", "the fit did not converge: check the reflectances and the backings");
+        remarks.push(Remark::NotConverged);
     } else if !determined && problem.patches.len() < problem.unknowns() {
-        remark(
-            "not-usable",
-            "one reflectance does not determine K and S: measure over a second backing or at a second thickness",
-        );
+        remarks.push(Remark::OneReflectance);
     } else if !determined {
-        remark(
-            "not-usable",
-            "the reflectances do not tell K from S: measure over backings that differ more, or at another thickness",
-        );
+        remarks.push(Remark::NotSeparated);
     } else if certainty.is_opaque && problem.unit.is_some() {
-        remark("opaque", "the backing does not show: only K/S is determined; measure a thinner film");
+        remarks.push(Remark::Opaque);
     }
-    if determined && (certainty.at_k || certainty.at_s) {
-        let which = if certainty.at_k { "K" } else { "S" };
-        remark(
-            "at-bound",
-            &format!("{which} ended at 0: check the reflectances of the backings and --saunderson"),
-        );
+    if determined && certainty.at_k {
+        remarks.push(Remark::NoAbsorption);
+    } else if determined && certainty.at_s {
+        remarks.push(Remark::NoScattering);
     }
     if certainty.is_black {
-        remark("at-bound", "K/S ended at its largest value, 1e6: nothing is reflected");
+        remarks.push(Remark::Black);
     }
     if determined && !has_errors {
-        remark(
-            "no-errors",
-            "as many unknowns as reflectances: standard errors need a column 'sigma', or more of them",
-        );
+        remarks.push(Remark::NoErrors);
     }
     remarks
 }

@@ -105,9 +105,9 @@ impl Record {
         let warnings = fitted.iter().flat_map(|f| {
             let of_channel = name(f.series);
             f.remarks.iter().map(move |remark| Warning {
-                kind: remark.kind,
+                kind: remark.kind(),
                 channel: of_channel.clone(),
-                text: remark.text.clone(),
+                text: remark.to_string(),
             })
         });
         let wavelengths: Vec<f64> = drawdown.series.iter().filter_map(|s| s.channel.wavelength_nm).collect();

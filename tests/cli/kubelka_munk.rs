@@ -121,7 +121,7 @@ fn errors_hold_with_noise() {
 #[test]
 fn two_reflectances_need_sigma_for_errors() {
     let without = only(&drawdown(3.0, 20.0, GLOSSY, &CARD, None), GLOSSY);
-    assert!(without.k.unwrap().std_error.is_none() && without.remarks[0].kind == "no-errors");
+    assert!(without.k.unwrap().std_error.is_none() && without.remarks[0].kind() == "no-errors");
     let mut rng = Pcg64Mcg::seed_from_u64(3);
     let mut squares = 0.0;
     for _ in 0..300 {
@@ -151,18 +151,18 @@ fn what_is_not_determined_is_not_given() {
         let found = only(&end, Surface::default());
         assert!(found.usable && found.k_over_s.unwrap().std_error.is_none(), "{found:?}");
         assert!((found.k_over_s.unwrap().value - wanted).abs() <= 1e-6 * wanted, "{found:?}");
-        assert_eq!(found.remarks[0].kind, "at-bound");
+        assert_eq!(found.remarks[0].kind(), "at-bound");
     }
     // So thick that the backing does not show.
     let thick = only(&drawdown(2.0, 8.0, GLOSSY, &[(20.0, 0.0), (20.0, 1.0), (30.0, 0.5)], None), GLOSSY);
     assert!(thick.usable && thick.k.is_none() && thick.s.is_none(), "{thick:?}");
     assert_close("K/S", thick.k_over_s.unwrap().value, 0.25, 1e-6);
-    assert_eq!(thick.remarks[0].kind, "opaque");
+    assert_eq!(thick.remarks[0].kind(), "opaque");
     // One reflectance for two unknowns; the same one twice.
     for places in [&[(0.02, 0.0)][..], &[(0.02, 0.0), (0.02, 0.0)]] {
         let one = only(&drawdown(2.0, 8.0, GLOSSY, places, None), GLOSSY);
         assert!(!one.usable && one.k.is_none() && one.k_over_s.is_none(), "{one:?}");
-        assert_eq!(one.remarks[0].kind, "not-usable");
+        assert_eq!(one.remarks[0].kind(), "not-usable");
     }
     // A film that absorbs nothing: K ends at its bound, S has an error of its own.
     let clear: Vec<Patch> = [(0.1, 0.0), (0.1, 0.9), (0.3, 0.0), (0.3, 0.9)]
@@ -178,7 +178,7 @@ fn what_is_not_determined_is_not_given() {
     let found = only(&clear, Surface::default());
     assert!(found.usable && found.k.unwrap().value == 0.0, "{found:?}");
     assert!(found.k.unwrap().std_error.is_none() && found.s.unwrap().std_error.is_some());
-    assert!((found.s.unwrap().value - 7.0).abs() < 0.1 && found.remarks[0].kind == "at-bound");
+    assert!((found.s.unwrap().value - 7.0).abs() < 0.1 && found.remarks[0].kind() == "at-bound");
 }
 
 /// The two layouts of the same measurement, per film or with a thickness.
