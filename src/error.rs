@@ -410,8 +410,43 @@ fn nearest<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
     const ALIKE: f64 = 0.8;
     // A long text is not a typing mistake, and comparing it would take long.
     let name: String = name.chars().take(60).collect();
-    let likeness = |candidate: &&'a String| strsim::jaro_winkler(&name.to_lowercase(), candidate);
+    let name = name.to_lowercase();
+    // A parameter may be called by its full name or by the last part of it.
+    let likeness = |candidate: &&'a String| {
+        let last = candidate.rsplit('.').next().unwrap_or(candidate);
+        strsim::jaro_winkler(&name, candidate).max(strsim::jaro_winkler(&name, last))
+    };
     let best =
         known.iter().map(|candidate| (likeness(&candidate), candidate)).max_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(likeness, _)| *likeness > ALIKE).map(|(_, candidate)| candidate.as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistyped_name_is_answered_with_the_one_meant() {
+        let known = ["lambert", "cook-torrance", "openpbr.specular_roughness", "openpbr.base_color"]
+            .map(str::to_owned);
+        for (name, meant) in [
+            ("lambrt", Some("lambert")),
+            ("Cook-Torance", Some("cook-torrance")),
+            ("spcular_roughness", Some("openpbr.specular_roughness")),
+            ("ward", None),
+            ("", None),
+        ] {
+            assert_eq!(nearest(name, &known), meant, "{name}");
+        }
+    }
+
+    #[test]
+    fn options_are_called_as_whoever_shows_the_message_calls_them() {
+        let error = Error::invalid(OptionName::HoldOut, "a fraction above 0 and below 1", "2");
+        assert_eq!(error.to_string(), "hold-out: expected a fraction above 0 and below 1, found 2");
+        let typed = error.message(|option| format!("--{option}"));
+        assert_eq!(typed, "--hold-out: expected a fraction above 0 and below 1, found 2");
+        let error = Error::invalid(Subject::OptionOf(OptionName::Bounds, "m".to_owned()), "1..2", "2..1");
+        assert_eq!(error.message(|option| format!("--{option}")), "--bounds m: expected 1..2, found 2..1");
+    }
 }

@@ -191,11 +191,11 @@ impl ParameterTable {
             };
             match target {
                 Some(target) if target != index => self.rows[index].status = Status::Tied(target),
-                _ => {
+                other_row => {
                     return Err(Error::invalid(
                         Subject::OptionOf(OptionName::Tie, format!("{selector}={other}")),
                         "two different parameters with the same channels",
-                        "others",
+                        if other_row.is_some() { "the same one twice" } else { "other channels" },
                     ));
                 }
             }
