@@ -1,19 +1,20 @@
 //! Standard errors, intervals and correlations at the optimum.
 //!
-//! With H = J^T J at the optimum, J weighted like the residuals:
+//! With H = J^T J at the optimum and J weighted like the residuals:
 //!
-//! - given standard deviations make the residuals unit normal, and the covariance is H^-1, absolute;
-//! - other weights are not inverse variances, and the covariance is the sandwich
-//!   H^-1 (sum e^2 J J^T) H^-1 (Huber 1967, White 1980), which lets each sample tell its own noise.
+//! - If standard deviations are given, the residuals are unit normal and the covariance is H^-1 (`absolute`).
+//! - Other weights are not inverse variances, and the covariance is the sandwich H^-1 (sum e^2 J J^T) H^-1
+//!   (Huber 1967, White 1980), in which each sample reveals its own noise.
 //!
-//! A fit follows the samples that decide it, and r, the residual it leaves them, is smaller than their noise.
-//! Hence e = r/(1 - h) with h = J_s H^-1 J_s the leverage, the residual in a fit without the sample: the third
-//! form of MacKinnon and White 1985 (HC3, doi:10.1016/0304-4076(85)90158-7), the jackknife of a linear model.
+//! A fit follows the samples that decide it, so the residual r that remains at such a sample is smaller than its noise.
+//! Hence e = r/(1 - h), where h = J_s H^-1 J_s is the leverage: the residual that the sample would have in a fit without
+//! it. This is the third form of MacKinnon and White 1985 (HC3, doi:10.1016/0304-4076(85)90158-7), the jackknife of a
+//! linear model.
 //!
-//! Both assume independent errors from sample to sample. Neighbouring cells of a measured table are not
-//! independent: read the errors as lower limits there.
+//! Both assume that the samples' errors are independent. Those of neighbouring cells of a measured table are not, so the
+//! standard errors are lower limits there.
 //!
-//! Matrices over all parameters are never formed: `arrow` takes the model apart channel by channel.
+//! Matrices over all parameters are never formed: `arrow` decomposes the model channel by channel.
 
 use crate::parameters::ParameterTable;
 use crate::solver::Linearisation;

@@ -1,17 +1,18 @@
-//! The linear model at the optimum taken apart, in time proportional to the number of channels.
+//! Decomposes the linear model at the optimum, in time proportional to the number of channels.
 //!
-//! A block of rows, one per channel, involves parameters of its own, x, and a few that several blocks share, y: J has
-//! the shape of an arrow. With A the block's own columns and B its shared ones, both scaled to unit length,
+//! A block of rows, one per channel, involves parameters x of its own and a few parameters y that several blocks share, so
+//! that J has the shape of an arrow. With A the block's own columns and B its shared ones, both scaled to unit length,
 //!
-//! - the singular value decomposition A = Q S V^T gives W = V S^-1, so that the own parameters alone have the inverse
-//!   W W^T, and C = W Q^T B: x = -C y is where the own parameters are best for given shared ones;
-//! - the rows B - Q Q^T B, of all blocks together, are what is left to tell the shared ones. Any y moves all parameters
-//!   along T y, T = (-C; 1). In an orthonormal basis of those directions another small decomposition gives Z, and
+//! - the singular value decomposition A = Q S V^T gives W = V S^-1, so that (J^T J)^-1 of the own parameters alone is
+//!   W W^T, and C = W Q^T B: for given shared parameters y, the best own ones are x = -C y;
+//! - the rows B - Q Q^T B of all blocks together contain what remains to determine the shared parameters. Any y moves all
+//!   parameters along T y, with T = (-C; 1). In an orthonormal basis of those directions another small decomposition
+//!   gives Z, and
 //!
-//! (J^T J)^-1 = diag(W W^T) + Z Z^T: a block per channel and a product of a few columns.
+//! (J^T J)^-1 = diag(W W^T) + Z Z^T: a block per channel and a product of matrices with few columns.
 //!
-//! Directions that are not determined, within a block or along T y, are left out: the inverse is that of Moore and
-//! Penrose. `bounded_step` eliminates in the same way, but of a damped model, which has no such directions.
+//! Directions that are not determined, within a block or along T y, are left out, so that the inverse is that of Moore and
+//! Penrose. `bounded_step` eliminates in the same way, but from a damped model, which has no such directions.
 
 use super::block_matrix::BlockMatrix;
 use super::lanczos::largest_eigenpair;
