@@ -126,11 +126,13 @@ impl Directions {
         }
     }
 
-    /// The results of `of` for the geometry of every sample.
-    pub(crate) fn each<T: Send>(&self, of: impl Fn(&Geometry<f64>) -> T + Sync) -> Vec<T> {
+    /// The results of `function` for the geometry of every sample.
+    pub(crate) fn each<T: Send>(&self, function: impl Fn(&Geometry<f64>) -> T + Sync) -> Vec<T> {
         match self {
-            Self::Scattered(pairs) => pairs.par_iter().map(|pair| of(&pair.geometry())).collect(),
-            Self::Grid { grid, cells } => cells.par_iter().map(|&cell| of(&grid.geometry(cell))).collect(),
+            Self::Scattered(pairs) => pairs.par_iter().map(|pair| function(&pair.geometry())).collect(),
+            Self::Grid { grid, cells } => {
+                cells.par_iter().map(|&cell| function(&grid.geometry(cell))).collect()
+            }
         }
     }
 

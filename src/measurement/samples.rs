@@ -235,7 +235,7 @@ fn add_weights(directions: &Directions, weighting: Weighting, weights: &mut Vec<
 /// Neighbours in a file are neighbours in direction, so every region keeps its share.
 ///
 /// Files that list their samples in a regular pattern cannot alias with the stretches, because the draw within each is
-/// random. If the author of a scattered file shuffled it, nothing is lost.
+/// random. Scattered files lose nothing, whether their author shuffled them or not.
 fn stratify(keep: &mut [bool], many: usize, wanted: usize, seed: u64) {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut draws = (0..wanted).map(|stretch| {

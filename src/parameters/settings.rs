@@ -104,9 +104,10 @@ pub fn values(
             None => settings.push((selector, setting(number(option, text, value, "P=V")?))),
             Some(Known::Grey(f0)) => settings.push((selector, setting(f0))),
             Some(Known::Rgb(f0)) => {
-                let of = |channel: &str| RGB.iter().zip(f0).find(|(c, _)| **c == channel).map(|(_, f0)| f0);
+                let value_in =
+                    |channel: &str| RGB.iter().zip(f0).find(|(c, _)| **c == channel).map(|(_, f0)| f0);
                 if let Some(channel) = selector.channel_if_any() {
-                    let f0 = of(&channel).ok_or_else(|| only_rgb(option, text))?;
+                    let f0 = value_in(&channel).ok_or_else(|| only_rgb(option, text))?;
                     settings.push((selector, setting(f0)));
                 } else {
                     for (channel, f0) in RGB.iter().zip(f0) {

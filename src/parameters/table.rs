@@ -58,7 +58,11 @@ impl ParameterTable {
             };
             let (lobe, name, channel) = resolve(selector, &lobes, &specs, channels)?;
             if channel.is_some() {
-                return Err(Error::invalid(selector.to_string(), "a parameter without a channel", "one"));
+                return Err(Error::invalid(
+                    selector.to_string(),
+                    "a name without a channel",
+                    "one with a channel",
+                ));
             }
             for (index, lobe_specs) in specs.iter_mut().enumerate() {
                 for spec in
@@ -195,8 +199,8 @@ impl ParameterTable {
                 _ => {
                     return Err(Error::invalid(
                         Subject::OptionOf(OptionName::Tie, format!("{selector}={other}")),
-                        "two different parameters with the same channels",
-                        "others",
+                        "another parameter with the same channels",
+                        "the same parameter or other channels",
                     ));
                 }
             }
@@ -239,8 +243,8 @@ impl ParameterTable {
                 if steps > self.rows.len() {
                     return Err(Error::invalid(
                         Subject::OptionOf(OptionName::Tie, self.name(index)),
-                        "ties that end at a parameter",
-                        "a circle",
+                        "ties that end at a parameter that is not tied",
+                        "a circle of ties",
                     ));
                 }
             }

@@ -163,11 +163,11 @@ mod tests {
     fn values_and_sharing_come_back() {
         let recorded = read_value(&report()).unwrap().remove(0);
         assert_eq!(recorded.expression.canonical(), "lambert + phong");
-        let of = |channel| recorded.table.formula_values(channel);
+        let values_in = |channel| recorded.table.formula_values(channel);
         let values =
             |shapes: &[f64], amplitude| LobeValues { shapes: shapes.to_vec(), amplitudes: vec![amplitude] };
-        assert_eq!(of(0), [values(&[], 0.5), values(&[20.0], 0.125)]);
-        assert_eq!(of(1), [values(&[], 0.25), values(&[20.0], 0.125)]);
+        assert_eq!(values_in(0), [values(&[], 0.5), values(&[20.0], 0.125)]);
+        assert_eq!(values_in(1), [values(&[], 0.25), values(&[20.0], 0.125)]);
     }
 
     #[test]

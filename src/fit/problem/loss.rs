@@ -22,7 +22,7 @@ pub enum LossKind {
     None,
     /// Quadratic up to the scale, linear beyond it.
     Huber,
-    /// Logarithmic: ln(1 + u^2/s^2), times s^2.
+    /// Logarithmic: s^2 ln(1 + u^2/s^2).
     Cauchy,
 }
 
@@ -90,7 +90,7 @@ impl LossKind {
 }
 
 /// 1.4826 times the median absolute deviation from the median. This is the standard deviation if the values are
-/// normal, however large a minority of them is. `values` holds pairs of a value and its weight and is reordered.
+/// normal, however far off a minority of them may be. `values` holds pairs of a value and its weight and is reordered.
 pub(super) fn robust_deviation(values: &mut [(f64, f64)]) -> f64 {
     /// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
     const NORMAL: f64 = 1.4826;

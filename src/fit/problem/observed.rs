@@ -9,7 +9,7 @@ use crate::measurement::Samples;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// The share of the measured values that is trusted if some may be outliers: fewer than 5 % are taken to be.
+/// The fraction of the measured values that is trusted if some may be outliers; fewer values than the rest are outliers.
 pub(in crate::fit) const BULK_OF_DATA: f64 = 0.95;
 
 /// Samples prepared for a metric. Fits of the same samples share one instance.

@@ -1,4 +1,4 @@
-//! Escape from false minima at which a lobe has no strength.
+//! Escapes from false minima at which a lobe has no strength.
 //!
 //! The strength of a lobe is a product: ks f0 in the middle and ks (1 - f0) towards grazing. At ks = 0 and f0 = 0,
 //! suppose that only the middle of the lobe would lower the cost. Raising ks alone adds only the rise towards grazing,
@@ -14,7 +14,7 @@ use crate::parameters::{ParameterTable, Status};
 use crate::solver::{LeastSquares, Solution};
 use nalgebra::DVector;
 
-/// Largest number of rounds. Each brings back lobes that were absent; no fit is known to need more.
+/// Largest number of rounds. Each brings back lobes that were absent; no fit has been seen to need more.
 const ROUNDS: usize = 4;
 /// An amplitude whose whole effect is below this share of the data is only rounding error.
 const NEGLIGIBLE_EFFECT: f64 = 1e-9;

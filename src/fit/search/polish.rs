@@ -10,7 +10,7 @@ use crate::solver::{Solution, Tolerances, minimise};
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// The minima only need to be told from each other.
+/// The minima only need to be told apart.
 const TOLERANCES: Tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
 
 impl Task<'_> {

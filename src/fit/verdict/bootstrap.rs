@@ -174,7 +174,7 @@ impl Task<'_> {
 
 impl Resampled {
     /// The value of the parameter in a row of the table, for each fit; `None` if it is not free.
-    fn of(&self, row: usize) -> Option<&[f64]> {
+    fn values_of(&self, row: usize) -> Option<&[f64]> {
         let place = self.rows.iter().position(|r| *r == row)?;
         Some(&self.values[place])
     }
@@ -183,14 +183,15 @@ impl Resampled {
     /// free.
     #[must_use]
     pub fn interval(&self, row: usize) -> Option<[f64; 2]> {
-        self.of(row).map(percentiles)
+        self.values_of(row).map(percentiles)
     }
 
     /// The standard error and the 95 % interval of the product of the parameters in two rows; `None` unless both are
     /// free.
     #[must_use]
     pub fn product(&self, a: usize, b: usize) -> Option<(f64, [f64; 2])> {
-        let products: Vec<f64> = self.of(a)?.iter().zip(self.of(b)?).map(|(x, y)| x * y).collect();
+        let products: Vec<f64> =
+            self.values_of(a)?.iter().zip(self.values_of(b)?).map(|(x, y)| x * y).collect();
         Some((covariance(&products, &products).sqrt(), percentiles(&products)))
     }
 
@@ -200,7 +201,7 @@ impl Resampled {
         let fits = self.replicates;
         // Differences from the mean, scaled so that their products are unbiased covariances.
         let of_row = |row: &usize| {
-            let values = self.of(*row)?;
+            let values = self.values_of(*row)?;
             let mean = mean(values);
             let unit = (count(fits) - 1.0).sqrt();
             Some(DVector::from_fn(fits, |k, _| (values[k] - mean) / unit))

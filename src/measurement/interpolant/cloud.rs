@@ -218,12 +218,13 @@ impl Cloud {
     }
 }
 
-/// The values of rows, one row per channel, rearranged so that all channels of a sample are together.
-pub(super) fn by_sample(rows: &[Vec<f64>], samples: usize, of: impl Fn(f64) -> f64) -> Vec<f64> {
+/// Applies `transform` to the values of rows, one row per channel, and rearranges them so that all channels of a sample
+/// are together.
+pub(super) fn by_sample(rows: &[Vec<f64>], samples: usize, transform: impl Fn(f64) -> f64) -> Vec<f64> {
     let mut values = vec![0.0; rows.len() * samples];
     for (channel, row) in rows.iter().enumerate() {
         let places = values.iter_mut().skip(channel).step_by(rows.len());
-        places.zip(row).for_each(|(place, f)| *place = of(*f));
+        places.zip(row).for_each(|(place, f)| *place = transform(*f));
     }
     values
 }

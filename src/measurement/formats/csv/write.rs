@@ -59,7 +59,7 @@ fn check_header(header: &str, measurement: &Measurement) -> Result<(), Error> {
         return Ok(());
     }
     let names: Vec<&str> = wanted().map(String::as_str).collect();
-    let expected = "names that differ and that a header of CSV can hold";
+    let expected = "different names that a CSV header can contain";
     Err(Error::invalid("channels", expected, excerpt(&names.join(", "))))
 }
 
