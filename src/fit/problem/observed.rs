@@ -9,7 +9,7 @@ use crate::measurement::Samples;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// The fraction of the measured values that is trusted if some may be outliers; the rest are more than the outliers.
+/// The fraction of the measured values that is trusted. Outliers are assumed to be fewer than the remaining 5 %.
 pub(in crate::fit) const BULK_OF_DATA: f64 = 0.95;
 
 /// Samples prepared for a metric. Fits of the same samples share one instance.
