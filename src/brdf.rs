@@ -6,7 +6,7 @@ use crate::model::{Expression, LobeValues};
 use crate::parameters::{ParameterTable, Selector, Setting, Settings};
 use glam::DVec3;
 
-/// A BRDF that can be evaluated: a model at given values of its parameters, for each of some channels.
+/// A BRDF that can be evaluated: a model at given values of its parameters, for one or more channels.
 ///
 /// ```
 /// use brdfit::glam::DVec3;
@@ -22,18 +22,17 @@ use glam::DVec3;
 pub struct Brdf {
     expression: Expression,
     channels: Vec<String>,
-    /// Shapes and amplitudes per channel and lobe, in formula units.
+    /// Shapes and amplitudes by channel and lobe, in the units of the formulas.
     values: Vec<Vec<LobeValues>>,
 }
 
 impl Brdf {
-    /// A model with the values of some parameters, each in its own unit, by names such as `m`, `lambert.kd.r` or
-    /// `cook-torrance#2.f0[700]`. A parameter that is not named has its default value.
+    /// Creates a BRDF from a model and the values of some parameters, each in its own unit, by names such as `m`,
+    /// `lambert.kd.r` or `cook-torrance#2.f0[700]`. A parameter that is not named has its default value.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for a name that the model does not have, [`Error::AmbiguousParameter`] for one that several lobes
-    /// have, [`Error::Invalid`] for a value beyond the bounds of
-    /// its parameter.
+    /// [`Error::UnknownName`] if the model has no such parameter, [`Error::AmbiguousParameter`] if several lobes have
+    /// it, [`Error::Invalid`] for a value outside the bounds of its parameter.
     pub fn new(expression: &Expression, channels: &[&str], values: &[(&str, f64)]) -> Result<Self, Error> {
         let channels: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();
         let set = |(name, value): &(&str, f64)| Ok((Selector::parse(name)?, Setting::Set(*value)));
@@ -41,7 +40,7 @@ impl Brdf {
         Ok(Self::of_table(expression, &ParameterTable::new(expression, &channels, false, &settings)?))
     }
 
-    /// A model at the values in a table of its parameters.
+    /// Creates a BRDF from a model at the values in a table of its parameters.
     pub(crate) fn of_table(expression: &Expression, table: &ParameterTable) -> Self {
         let channels = table.channels().to_vec();
         let values = (0..channels.len()).map(|channel| table.formula_values(channel)).collect();
@@ -60,8 +59,8 @@ impl Brdf {
         &self.channels
     }
 
-    /// f in 1/sr per channel, for a vector to the light and one to the viewer in the local frame, whose z is the normal. They
-    /// need not be unit. f is 0 where either is not above the horizon.
+    /// f in 1/sr for each channel, given a vector to the light and one to the viewer in the local frame, where z is
+    /// the normal. The vectors need not be unit. f is 0 if either is not above the horizon.
     #[must_use]
     pub fn value(&self, wi: DVec3, wo: DVec3) -> Vec<f64> {
         let pair = Pair { wi: wi.normalize_or_zero(), wo: wo.normalize_or_zero() };
@@ -72,8 +71,8 @@ impl Brdf {
         self.values.iter().map(value).collect()
     }
 
-    /// f in 1/sr per channel and pair of directions: what [`Brdf::value`] gives for each, faster. f is 0 where either direction
-    /// is not above the horizon.
+    /// f in 1/sr by channel and pair of directions: the same as [`Brdf::value`] for each pair, but faster. f is 0 if
+    /// either direction is not above the horizon.
     #[must_use]
     pub fn values(&self, directions: &Directions) -> Vec<Vec<f64>> {
         self.expression.values(directions, &self.values)

@@ -1,4 +1,4 @@
-//! The fit as a library user asks for it, step by step.
+//! A builder that sets up and runs a fit.
 
 use crate::error::Error;
 use crate::fit::{
@@ -16,11 +16,11 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A fit that is being set up: [`Fit::of`] begins it, [`run`](FitBuilder::run) makes it.
+/// A builder for a fit: [`Fit::of`] creates it, [`run`](FitBuilder::run) makes the fit.
 ///
-/// Parameters are named as on the command line: `m`, with the lobe where several have one, `lambert.kd`, and with the channel
-/// where only that is meant, `kd.r` or `kd[700]`. A method that reads a name fails if the text cannot be one; whether the model
-/// has such a parameter is checked by `run`.
+/// Parameters are named as on the command line: `m`, with its lobe if several lobes have one, as in `lambert.kd`, and
+/// with a channel to mean only that one, as in `kd.r` or `kd[700]`. A method that takes a name fails if the text
+/// cannot be one. Only `run` checks whether the model has such a parameter.
 ///
 /// ```
 /// use brdfit::{Expression, Fit, Measurement, Metric};
@@ -44,14 +44,14 @@ pub struct FitBuilder<'a> {
     progress: Arc<dyn Progress>,
 }
 
-/// How many samples and iterations a fit takes.
+/// The limit on the samples and iterations of a fit.
 #[derive(Clone, Copy, Debug)]
 enum Extent {
-    /// What the options say.
+    /// The limits in the options.
     AsAsked,
-    /// What a budget allows.
+    /// The limits of a budget.
     Within(Budget),
-    /// What it takes to reach an error.
+    /// The cheapest budget that reaches an error.
     Reaching(f64),
 }
 
@@ -93,10 +93,10 @@ impl Fit {
     }
 }
 
-/// What is compared, and on which samples.
+/// The comparison: the metric, the loss, and the samples.
 impl FitBuilder<'_> {
-    /// Minimises the differences in this metric of f cos(theta_i). [`Metric::Cbrt`], the default, weighs highlights and matte
-    /// regions as an eye does; [`Metric::L2`] is decided by the highlight alone.
+    /// Minimises the differences of f cos(theta_i) in this metric. [`Metric::Cbrt`], the default, weighs highlights
+    /// and matte regions as the eye does; with [`Metric::L2`] the highlight alone decides.
     pub fn metric(mut self, metric: Metric) -> Self {
         self.options.metric = metric;
         self
@@ -109,17 +109,17 @@ impl FitBuilder<'_> {
         self
     }
 
-    /// Down-weights residuals from this size on, in units of the residual, or of standard deviations for weights by sigma; by
-    /// default the scale is estimated from the residuals.
+    /// Down-weights residuals above this size, in units of the residual, or in standard deviations for weights by
+    /// sigma. By default the scale is estimated from the residuals.
     ///
     /// # Errors
-    /// [`Error::Invalid`] unless it lies from 1e-100 to 1e100.
+    /// [`Error::Invalid`] unless it is between 1e-100 and 1e100.
     pub fn loss_scale(self, scale: f64) -> Result<Self, Error> {
         self.checked(|options| options.with_loss_scale(scale))
     }
 
-    /// Leaves out directions whose angle of incidence or of viewing is larger, in degrees; 80 by default, beyond which few
-    /// instruments are reliable.
+    /// Leaves out directions whose angle of incidence or viewing is larger than this, in degrees. The default is 80,
+    /// beyond which few instruments are reliable.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless it is above 0 and at most 90.
@@ -130,21 +130,21 @@ impl FitBuilder<'_> {
         })
     }
 
-    /// Weights samples in this way; by default by solid angle on a half/difference grid, uniformly elsewhere.
-    /// [`Weighting::Sigma`] is the one to use where the standard deviations of the values are known.
+    /// Sets how samples are weighted; by default by solid angle on a half/difference grid and uniformly otherwise. Use
+    /// [`Weighting::Sigma`] if the standard deviations of the values are known.
     pub fn weighting(mut self, weighting: Weighting) -> Self {
         self.options.filters.weighting = Some(weighting);
         self
     }
 
-    /// Fits this many samples at most, drawn evenly; by default all. A few thousand are enough for many tables. A budget or a
-    /// target chooses the number itself.
+    /// Fits at most this many samples, drawn evenly; by default all. A few thousand are enough for many tables. A
+    /// budget or a target chooses the number itself.
     pub fn samples(mut self, samples: usize) -> Self {
         self.options.filters.samples = Some(samples);
         self
     }
 
-    /// Makes all random draws from this seed, 0 by default. The same seed gives the same result.
+    /// Sets the seed of all random draws, 0 by default. The same seed gives the same result.
     pub fn seed(mut self, seed: u64) -> Self {
         self.options.seed = seed;
         self.options.filters.seed = seed;
@@ -158,9 +158,9 @@ impl FitBuilder<'_> {
     }
 }
 
-/// What is known of parameters.
+/// Constraints on parameters.
 impl FitBuilder<'_> {
-    /// Keeps a parameter at a value, in its unit.
+    /// Keeps a parameter at a value, in the parameter's unit.
     ///
     /// # Errors
     /// [`Error::Invalid`] if `name` cannot be that of a parameter.
@@ -170,7 +170,7 @@ impl FitBuilder<'_> {
         Ok(self)
     }
 
-    /// Starts a parameter from a value, in its unit, instead of searching for one.
+    /// Starts a parameter from a value, in the parameter's unit, instead of searching for one.
     ///
     /// # Errors
     /// [`Error::Invalid`] if `name` cannot be that of a parameter.
@@ -180,7 +180,7 @@ impl FitBuilder<'_> {
         Ok(self)
     }
 
-    /// Keeps a parameter between two values, in its unit; each parameter has bounds of its own by default.
+    /// Keeps a parameter between two values, in the parameter's unit. By default each parameter has bounds of its own.
     ///
     /// # Errors
     /// [`Error::Invalid`] if `name` cannot be that of a parameter.
@@ -200,10 +200,10 @@ impl FitBuilder<'_> {
         Ok(self)
     }
 
-    /// Makes a parameter equal another.
+    /// Keeps a parameter equal to another.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if either cannot be the name of a parameter.
+    /// [`Error::Invalid`] if either name cannot be that of a parameter.
     pub fn tie(mut self, name: &str, other: &str) -> Result<Self, Error> {
         Selector::parse(name)?;
         Selector::parse(other)?;
@@ -231,10 +231,10 @@ impl FitBuilder<'_> {
         Ok(self)
     }
 
-    /// Adds constraints as texts, such as the command line takes: `m=0.2`, `f0=copper`, `f0=0..0.1`.
+    /// Adds constraints given as text, in the form used on the command line: `m=0.2`, `f0=copper`, `f0=0..0.1`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a text of another form.
+    /// [`Error::Invalid`] for a text that does not have this form.
     pub fn constraints(mut self, texts: &SettingTexts) -> Result<Self, Error> {
         texts.settings()?;
         let SettingTexts { fix, init, bounds, free, tie, per_channel, shared } = texts;
@@ -254,7 +254,7 @@ impl FitBuilder<'_> {
     }
 }
 
-/// How the fit is made and judged.
+/// Uncertainty, budgets, the optimiser and limits.
 impl FitBuilder<'_> {
     /// Leaves this fraction of the angles of incidence out of the fit and reports the errors on them in [`Fit::held_out`]; 0.2
     /// is common. Models are best compared by those errors.
@@ -266,8 +266,8 @@ impl FitBuilder<'_> {
         Ok(self)
     }
 
-    /// Takes standard errors from this source; [`Uncertainty::Formula`] by default. [`Uncertainty::BlockBootstrap`] is for data
-    /// whose errors are alike within an angle of incidence, and takes 200 short fits.
+    /// Takes standard errors from this source; [`Uncertainty::Formula`] by default. [`Uncertainty::BlockBootstrap`] is
+    /// for data whose errors are similar within an angle of incidence; it makes 200 short fits.
     pub fn uncertainty(mut self, uncertainty: Uncertainty) -> Self {
         self.options.uncertainty = uncertainty;
         self
@@ -279,7 +279,7 @@ impl FitBuilder<'_> {
         self
     }
 
-    /// Fits within the cheapest budget whose error on all samples, in the metric of the fit, is at most this one.
+    /// Fits within the cheapest budget whose error on all samples, in the metric of the fit, is at most `error`.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless it is above 0.
@@ -288,20 +288,20 @@ impl FitBuilder<'_> {
         Ok(self)
     }
 
-    /// Makes the final fit with this optimiser; the default is the one to use, the others serve comparison.
+    /// Makes the final fit with this optimiser. The default is the one to use; the others are for comparison.
     pub fn solver(mut self, solver: SolverKind) -> Self {
         self.options.solver = solver;
         self
     }
 
-    /// Ends the final fit after this many iterations, 300 by default. Few fits take more than 20. A budget chooses the number
-    /// itself.
+    /// Ends the final fit after this many iterations, 300 by default. Few fits take more than 20. A budget chooses the
+    /// number itself.
     pub fn iterations(mut self, iterations: u64) -> Self {
         self.options.iterations = iterations;
         self
     }
 
-    /// Stops with the best parameters so far when this time has passed since `run`.
+    /// Stops with the best parameters so far once this time has passed since `run`.
     pub fn timeout(mut self, timeout: Duration) -> Self {
         self.timeout = Some(timeout);
         self
@@ -313,21 +313,21 @@ impl FitBuilder<'_> {
         self
     }
 
-    /// Tells this listener how the fit goes on.
+    /// Reports the progress of the fit to this listener.
     pub fn progress(mut self, progress: Arc<dyn Progress>) -> Self {
         self.progress = progress;
         self
     }
 }
 
-/// What comes of it.
+/// Making the fit.
 impl FitBuilder<'_> {
-    /// Makes the fit. One that does not converge is not an error: see [`Fit::is_usable`].
+    /// Makes the fit. A fit that does not converge is not an error: see [`Fit::is_usable`].
     ///
     /// # Errors
-    /// [`Error::UnknownName`] and [`Error::Invalid`] for constraints that do not fit the model, and for what the measurement cannot give, such as weights
-    /// by standard deviations that it does not have; [`Error::NoSamples`] if nothing is left to fit; [`Error::Optimiser`] for a
-    /// defect.
+    /// [`Error::UnknownName`] and [`Error::Invalid`] for constraints that do not suit the model; [`Error::Unmet`] for
+    /// an option that needs something that the measurement does not have, such as standard deviations to weight by;
+    /// [`Error::NoSamples`] if nothing is left to fit; [`Error::Optimiser`] for a bug in this crate.
     pub fn run(&self) -> Result<Fit, Error> {
         let options = self.options()?;
         let Self { measurement, model, progress, .. } = self;
@@ -338,10 +338,10 @@ impl FitBuilder<'_> {
         }
     }
 
-    /// Makes the fit, and the report of it: what `brdfit fit` writes.
+    /// Makes the fit and its report, the one that `brdfit fit` writes.
     ///
     /// # Errors
-    /// Like [`run`](FitBuilder::run).
+    /// The errors of [`run`](FitBuilder::run).
     pub fn run_with_report(&self) -> Result<(Fit, Report), Error> {
         let started = Instant::now();
         let fit = self.run()?;
@@ -349,19 +349,19 @@ impl FitBuilder<'_> {
         Ok((fit, report))
     }
 
-    /// Scores the model at the values given by [`fix`](FitBuilder::fix) and [`init`](FitBuilder::init), without a fit. A
-    /// parameter without a value has its default, and a warning says so.
+    /// Evaluates the model at the values given by [`fix`](FitBuilder::fix) and [`init`](FitBuilder::init) and computes
+    /// its errors, without fitting. A parameter without a value has its default, and a warning says so.
     ///
     /// # Errors
-    /// Like [`run`](FitBuilder::run).
+    /// The errors of [`run`](FitBuilder::run).
     pub fn evaluate(&self) -> Result<Fit, Error> {
         evaluate(self.measurement, self.model, &self.options()?)
     }
 
-    /// The options with the constraints, read, and the moment to stop at.
+    /// The options with the constraints parsed and the deadline set.
     fn options(&self) -> Result<Options, Error> {
         let mut options = self.options.clone().with_settings(self.constraints.settings()?);
-        // A moment beyond what the clock can count never comes.
+        // A time beyond the range of the clock is never reached.
         options.deadline = self.timeout.and_then(|timeout| Instant::now().checked_add(timeout));
         Ok(options)
     }
@@ -394,7 +394,7 @@ impl FitBuilder<'_> {
             metric: *metric,
             max_theta_deg: filters.max_theta_deg,
             options,
-            // The measurement was in memory.
+            // The measurement was already in memory.
             times: Times { read: 0.0, fit: seconds, total: seconds, threads },
             fitted: true,
         };

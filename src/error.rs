@@ -1,10 +1,10 @@
-//! What can go wrong, and for whom.
+//! The errors that the library returns, and their messages.
 
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Where in a file something is wrong.
+/// The place of an error in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Place {
@@ -34,7 +34,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// An option of a fit, of its input or of what is made of it.
+/// An option of a fit, of its input or of its output.
 ///
 /// Its name is that of the builder's method and of the field in a report; the command line writes it with two dashes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -101,13 +101,13 @@ impl fmt::Display for OptionName {
     }
 }
 
-/// What an error is about.
+/// The subject of an error.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Subject {
     /// An option.
     Option(OptionName),
-    /// An option of something, such as the bounds of a parameter.
+    /// An option together with what it applies to, such as the bounds of a parameter.
     OptionOf(OptionName, String),
     /// Anything else, by its name: a model, a parameter, an image.
     Named(String),
@@ -178,31 +178,31 @@ pub enum Error {
         /// The operating system's reason.
         source: std::io::Error,
     },
-    /// A file does not hold what its format says.
+    /// A file does not contain what its format requires.
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// Where in the file.
         place: Place,
         /// What the format requires.
         expected: String,
-        /// What stands there.
+        /// What the file contains there.
         found: String,
     },
     /// A measurement has nothing left to fit.
     NoSamples {
         /// The file.
         path: PathBuf,
-        /// What became of the samples.
+        /// Why the samples were left out.
         reason: String,
     },
     /// Something that the caller gave has the wrong form or size, or lies outside its range.
     Invalid {
         /// What was given.
         subject: Subject,
-        /// What it may be.
+        /// What is allowed.
         expected: String,
-        /// What it is.
+        /// What was given.
         found: String,
     },
     /// The caller named something that does not exist.
@@ -216,7 +216,7 @@ pub enum Error {
         /// The name that was given.
         name: String,
     },
-    /// The caller named one parameter with a name that several have.
+    /// The caller gave a parameter's name that several parameters share.
     AmbiguousParameter {
         /// The name that was given.
         name: String,
@@ -245,10 +245,10 @@ pub enum Error {
     Encoding {
         /// The format.
         format: &'static str,
-        /// The reason that the encoder gives.
+        /// The reason given by the encoder.
         reason: String,
     },
-    /// The optimiser itself failed: a defect of this program.
+    /// The optimiser itself failed, which is a bug in this program.
     Optimiser(String),
 }
 
@@ -268,7 +268,7 @@ impl fmt::Display for Error {
 }
 
 impl Error {
-    /// The message, in which options are called what `name` says: a command line writes `--hold-out`, say.
+    /// The message, with options written as `name` writes them: a command line writes `--hold-out`, for example.
     #[must_use]
     pub fn message(&self, name: impl Fn(OptionName) -> String) -> String {
         let called = |subject: &Subject| match subject {
@@ -309,7 +309,7 @@ impl Error {
         }
     }
 
-    /// Something given that is not what it may be.
+    /// An error for a value that is not allowed.
     pub fn invalid(
         subject: impl Into<Subject>,
         expected: impl Into<String>,
@@ -318,7 +318,7 @@ impl Error {
         Self::Invalid { subject: subject.into(), expected: expected.into(), found: found.into() }
     }
 
-    /// A name that does not exist.
+    /// An error for a name that does not exist.
     pub fn unknown<Name: AsRef<str>>(
         subject: impl Into<Subject>,
         kind: NameKind,
@@ -329,7 +329,7 @@ impl Error {
         Self::UnknownName { subject: subject.into(), kind, known, name: name.into() }
     }
 
-    /// A malformed file.
+    /// An error for a malformed file.
     #[must_use]
     pub fn malformed(
         path: &Path,
@@ -340,7 +340,7 @@ impl Error {
         Self::Malformed { path: path.to_owned(), place, expected: expected.into(), found: found.into() }
     }
 
-    /// A measurement of which nothing is left; `dropped` counts the reasons.
+    /// An error for a measurement with no samples left; `dropped` counts them by reason.
     #[must_use]
     pub fn no_samples(path: &Path, dropped: &BTreeMap<&'static str, usize>) -> Self {
         let reasons: Vec<String> = dropped.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
@@ -349,26 +349,26 @@ impl Error {
         Self::NoSamples { path: path.to_owned(), reason }
     }
 
-    /// A file that could not be read.
+    /// An error for a file that could not be read.
     pub fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();
         move |source| Self::Io { path, action: "read", source }
     }
 
-    /// A file that could not be written.
+    /// An error for a file that could not be written.
     pub fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.to_owned();
         move |source| Self::Io { path, action: "write", source }
     }
 }
 
-/// The operating system's words without the error number that Rust appends.
+/// The operating system's message without the error number that Rust appends.
 pub(crate) fn plain(error: &std::io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or(&text).to_owned()
 }
 
-/// A piece of a file as it may stand in a one-line message: short, without control characters, in quotes.
+/// A piece of a file's content for a one-line message: shortened, without control characters, in quotes.
 #[doc(hidden)]
 #[must_use]
 pub fn excerpt(text: &str) -> String {
@@ -379,17 +379,18 @@ pub fn excerpt(text: &str) -> String {
 #[doc(hidden)]
 #[must_use]
 pub fn short(text: &str) -> String {
-    /// Characters that are kept.
+    /// Largest number of characters that are kept.
     const LONGEST: usize = 60;
     let clean: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().nth(LONGEST).is_some() { format!("{clean}...") } else { clean }
 }
 
-/// Names as a one-line message may list them: each as [`short`] has it, and the number of those that would make the list too long.
+/// A list of names for a one-line message: each shortened by [`short`], then the number of names that were left out to
+/// limit the length.
 #[doc(hidden)]
 #[must_use]
 pub fn listed<Name: AsRef<str>>(names: &[Name]) -> String {
-    /// Bytes after which no further name is begun: all models with their parameters' names fit.
+    /// Number of bytes after which no further name is begun: enough for all models with their parameters' names.
     const LONGEST: usize = 1000;
     let mut list = String::new();
     for (index, name) in names.iter().enumerate() {
@@ -406,9 +407,10 @@ pub fn listed<Name: AsRef<str>>(names: &[Name]) -> String {
 
 /// The known name that a mistyped one most likely stands for; `None` if none resembles it.
 fn nearest<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
-    /// Likeness from which a name is worth suggesting: two letters exchanged in a short word pass, another word does not.
+    /// The least similarity at which a name is suggested: two exchanged letters in a short word qualify, another word
+    /// does not.
     const ALIKE: f64 = 0.8;
-    // A long text is not a typing mistake, and comparing it would take long.
+    // A long text is not a typing mistake, and comparing it would be slow.
     let name: String = name.chars().take(60).collect();
     let name = name.to_lowercase();
     // A parameter may be called by its full name or by the last part of it.

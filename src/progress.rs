@@ -1,14 +1,14 @@
-//! How the library tells what it is doing.
+//! How the library reports its progress.
 
-/// Hears how a fit goes on.
+/// A listener that is told about the progress of a fit.
 pub trait Progress: Send + Sync {
-    /// A new stage begins.
+    /// Called when a new stage begins.
     fn stage(&self, name: &str);
-    /// An iteration of the final fit is over.
+    /// Called after each iteration of the final fit.
     fn iteration(&self, iteration: u64, cost: f64);
 }
 
-/// Hears nothing.
+/// A listener that ignores everything.
 #[derive(Clone, Copy, Debug)]
 pub struct Quiet;
 

@@ -31,11 +31,11 @@ pub fn fit_within(
     Ok(fit)
 }
 
-/// The fit of the cheapest budget whose error on all samples, in the metric of the fit, is at most `target`; the last budget's, with the warning
-/// `target-missed`, where none reaches it.
+/// The cheapest fit whose error on all samples, in the metric of the fit, is at most `target`. If no budget reaches
+/// the target, it is the fit of the last budget, with the warning `target-missed`.
 ///
 /// # Errors
-/// [`Error::Invalid`] for a target that is not positive; like [`fit`].
+/// [`Error::Invalid`] for a target that is not positive, and the errors of [`fit`].
 pub fn fit_to_target(
     target: f64,
     measurement: &Measurement,
@@ -58,10 +58,10 @@ pub fn fit_to_target(
     Ok(last)
 }
 
-/// A target that an error can reach.
+/// Checks that `target` is an error that a fit can reach, and returns it.
 ///
 /// # Errors
-/// [`Error::Invalid`] unless it is a number above 0.
+/// [`Error::Invalid`] unless it is a finite number above 0.
 pub fn checked_target(target: f64) -> Result<f64, Error> {
     if target > 0.0 && target.is_finite() {
         return Ok(target);

@@ -1,4 +1,4 @@
-//! The fit of a model to an image.
+//! Fits a model to an image.
 
 use super::options::Options;
 use super::problem::pixels::{PixelProblem, Shown, Target};
@@ -9,35 +9,35 @@ use crate::parameters::{ParameterRow, ParameterTable, Status};
 use crate::solver::{Tolerances, minimise};
 use nalgebra::DVector;
 
-/// A minimum of an image is not asked for more digits than an image shows.
+/// Final tolerances: an image does not show more digits than these.
 const TOLERANCES: Tolerances = Tolerances { step: 1e-7, cost: 1e-9, gradient: 1e-7, refinements: 0 };
-/// Most iterations on all pixels; few fits take more than thirty.
+/// Largest number of iterations on all pixels; few fits take more than thirty.
 const ITERATIONS: u64 = 100;
 /// The effort with which each start is tried.
 const TRIAL: Effort = Effort { pixels: 150, iterations: 8 };
-/// The effort with which the best of them go on.
+/// The effort with which the best starts are improved.
 const SEARCH: Effort = Effort { pixels: 400, iterations: 30 };
-/// Starts that go on.
+/// Number of starts that are improved.
 const BEST_TRIALS: usize = 2;
-/// What the widths of a start are multiplied by to make further starts.
+/// Factors by which the widths of a start are multiplied to make further starts.
 const WIDTH_FACTORS: [f64; 3] = [1.0, 1.0 / 3.0, 3.0];
 
 /// How much a minimisation may cost.
 struct Effort {
-    /// The number of pixels that it is done on, about.
+    /// Approximate number of pixels to minimise on.
     pixels: usize,
-    /// The most iterations.
+    /// Largest number of iterations.
     iterations: u64,
 }
 
-/// Parameters that make an image as near as it gets to what is `shown`, sought from `starts`; `None` without starts.
+/// Searches from `starts` for the parameters whose image is closest to what is `shown`; `None` without starts.
 ///
-/// Images have many minima where lobes are sharp. Every start is tried with its widths as they are, a third and three times
-/// as large, for a few iterations on few of the pixels; the best two of those are improved on more pixels, and the better one on
-/// all. The result is no farther from what is shown than any of the starts.
+/// Images have many minima if lobes are sharp. Every start is tried with its widths unchanged, a third as large and
+/// three times as large, for a few iterations on a few of the pixels. The best two are improved on more pixels, and
+/// the better of those on all pixels. The result is at least as close to what is shown as every start.
 ///
 /// # Errors
-/// Those of [`minimise`].
+/// The errors of [`minimise`].
 pub(crate) fn fit_image<T: Target>(
     expression: &Expression,
     shown: &Shown<T>,
@@ -54,14 +54,14 @@ pub(crate) fn fit_image<T: Target>(
         found.into_iter().take(n).map(|(_, table)| table).collect()
     };
 
-    // All starts on few pixels, the best of them on more, and the very best on all.
+    // All starts are tried on few pixels, the best are improved on more, and the very best on all.
     let starts_tried: Vec<ParameterTable> =
         starts.iter().flat_map(|start| with_other_widths(start)).collect();
     let tried = improved(&shown.some(TRIAL.pixels), starts_tried, TRIAL.iterations)?;
     let searched = improved(&shown.some(SEARCH.pixels), best(tried, BEST_TRIALS), SEARCH.iterations)?;
     let mut found = improved(shown, best(searched, 1), ITERATIONS)?;
 
-    // If that is worse than some start was, the few pixels were not like the others: the starts on all pixels.
+    // If a start was better than this result, the few pixels were not typical: minimise from the starts on all pixels.
     let cost = |table: &&ParameterTable| PixelProblem::new(expression, shown, (*table).clone()).cost();
     let least = starts.iter().map(cost).fold(f64::INFINITY, f64::min);
     if found.first().is_some_and(|(cost, _)| *cost > least) {
@@ -71,7 +71,7 @@ pub(crate) fn fit_image<T: Target>(
     Ok(best(found, 1).into_iter().next())
 }
 
-/// A start with its widths as they are, narrower and wider; itself alone if it has none to move.
+/// A start with its widths unchanged, narrower and wider; only the start itself if it has no free widths.
 fn with_other_widths(start: &ParameterTable) -> Vec<ParameterTable> {
     let is_width = |row: &ParameterRow| {
         row.status == Status::Free && row.spec.role == Role::Shape && row.spec.scale == Scale::Log
@@ -90,7 +90,7 @@ fn with_other_widths(start: &ParameterTable) -> Vec<ParameterTable> {
     factors.iter().map(with).collect()
 }
 
-/// The minimum that the parameters of a problem lead to, with its cost.
+/// Minimises from the problem's parameters and returns the parameters reached, with their cost.
 fn improved<T: Target>(
     problem: &PixelProblem<'_, T>,
     options: &Options,
@@ -115,7 +115,8 @@ mod tests {
     use approx::assert_relative_eq;
     use std::f64::consts::PI;
 
-    /// Lambert's image is kd/pi times the sum of the weights: a straight line through the origin, whose slope any textbook has.
+    /// Lambert's image is kd/pi times the sum of the weights: a straight line through the origin, whose least-squares
+    /// slope has a textbook formula.
     #[test]
     fn the_minimum_of_a_matte_image_is_that_of_a_straight_line() {
         let expression = Expression::parse("lambert").unwrap();

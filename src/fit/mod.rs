@@ -1,4 +1,5 @@
-//! Fitting: the least-squares problem, where its minimisation starts, and what can be trusted.
+//! Fitting: the least-squares problem, the search for a start, the minimisation, and how far the result can be
+//! trusted.
 
 mod budget;
 mod image;

@@ -1,4 +1,4 @@
-//! What a user may choose about a fit.
+//! The options of a fit.
 
 use super::problem::loss::LossKind;
 use super::problem::metric::Metric;
@@ -8,7 +8,7 @@ use crate::parameters::Settings;
 use crate::solver::{Limits, Observer, SolverKind, StopSignal};
 use std::time::Instant;
 
-/// How a fit is made. The defaults are those of the command line; each `with_` method changes one of them.
+/// Options of a fit. The defaults are those of the command line; each `with_` method changes one of them.
 ///
 /// ```
 /// use brdfit::{Filters, Metric, Options};
@@ -19,29 +19,30 @@ use std::time::Instant;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Options {
-    /// What the residuals are differences of.
+    /// The metric in which the model and the measurement are compared.
     pub metric: Metric,
     /// How strongly residuals that are far larger than the others are down-weighted.
     pub loss: LossKind,
-    /// The residual from which on the loss down-weights a sample; `None` to estimate it from the residuals.
+    /// The residual above which the loss down-weights a sample; `None` to estimate it from the residuals.
     pub loss_scale: Option<f64>,
-    /// Which samples count.
+    /// Which samples are fitted.
     pub filters: Filters,
     /// Constraints on parameters.
     pub settings: Settings,
     /// The seed of all random draws.
     pub seed: u64,
-    /// The fraction of the angles of incidence that is left out of the fit, to judge it by; `None` to fit all.
+    /// The fraction of the angles of incidence that is left out of the fit and used to test it; `None` to fit all
+    /// samples.
     pub hold_out: Option<f64>,
     /// Where standard errors come from.
     pub uncertainty: Uncertainty,
-    /// The optimiser of the final fit; the others serve comparison.
+    /// The optimiser of the final fit; the default is the one to use, the others are for comparison.
     pub solver: SolverKind,
-    /// Most iterations of the final fit by Levenberg-Marquardt; other solvers make more of them.
+    /// Largest number of iterations of the final fit by Levenberg-Marquardt; other solvers are allowed more.
     pub iterations: u64,
-    /// Set to true by another thread to stop with the best so far.
+    /// A flag that another thread sets to true to stop the fit with the best parameters so far.
     pub stop: Option<StopSignal>,
-    /// The moment to stop at.
+    /// The time at which the fit stops with the best parameters so far.
     pub deadline: Option<Instant>,
 }
 
@@ -58,7 +59,7 @@ impl Options {
         Self { loss, ..self }
     }
 
-    /// Down-weights residuals from this size on, from 1e-100 to 1e100 in units of the residual; by default the scale is
+    /// Down-weights residuals above this size, from 1e-100 to 1e100 in units of the residual. By default the scale is
     /// estimated from the residuals. It has no effect on least squares.
     #[must_use]
     pub fn with_loss_scale(self, scale: f64) -> Self {
@@ -71,20 +72,20 @@ impl Options {
         Self { filters, ..self }
     }
 
-    /// Constrains parameters, in place of any constraints given before.
+    /// Constrains parameters. This replaces any constraints given before.
     #[must_use]
     pub fn with_settings(self, settings: Settings) -> Self {
         Self { settings, ..self }
     }
 
-    /// Makes all random draws from this seed, which is 0 by default. The same seed gives the same result.
+    /// Sets the seed of all random draws, 0 by default. The same seed gives the same result.
     #[must_use]
     pub fn with_seed(self, seed: u64) -> Self {
         Self { seed, ..self }
     }
 
-    /// Leaves this fraction of the angles of incidence out of the fit and reports the errors on them: more than 0 and less
-    /// than 1, 0.2 is common. By default all are fitted.
+    /// Leaves this fraction of the angles of incidence out of the fit and reports the errors on them. It must be more
+    /// than 0 and less than 1; 0.2 is common. By default all angles are fitted.
     #[must_use]
     pub fn with_hold_out(self, fraction: f64) -> Self {
         Self { hold_out: Some(fraction), ..self }
@@ -114,23 +115,23 @@ impl Options {
         Self { stop: Some(stop), ..self }
     }
 
-    /// Stops with the best parameters so far at this moment.
+    /// Stops with the best parameters so far at this time.
     #[must_use]
     pub fn with_deadline(self, deadline: Instant) -> Self {
         Self { deadline: Some(deadline), ..self }
     }
 
-    /// Checks what has a range.
+    /// Checks the options that must lie in a range.
     ///
     /// # Errors
-    /// [`Error::Invalid`] naming the option that is out of its range.
+    /// [`Error::Invalid`] naming the option that is out of range.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let max_theta = self.filters.max_theta_deg;
         if !(max_theta > 0.0 && max_theta <= 90.0) {
             let expected = "more than 0 and at most 90 degrees";
             return Err(Error::invalid(OptionName::MaxTheta, expected, max_theta.to_string()));
         }
-        // The square of the scale, and that of a residual in its unit, must remain numbers.
+        // The square of the scale, and that of a residual in units of the scale, must be finite and not 0.
         match self.loss_scale {
             Some(scale) if !(1e-100..=1e100).contains(&scale) => {
                 Err(Error::invalid(OptionName::LossScale, "1e-100 to 1e100", scale.to_string()))
@@ -139,7 +140,7 @@ impl Options {
         }
     }
 
-    /// When a minimisation under these options ends besides by convergence.
+    /// The limits that end a minimisation under these options if it has not converged.
     pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
         Limits { iterations, stop: self.stop.clone(), deadline: self.deadline, observer }
     }
@@ -186,8 +187,8 @@ impl Uncertainty {
     }
 }
 
-/// How many samples a fit may use and how many iterations it may take. docs/use/tradeoff.md has what each costs and leaves in
-/// error.
+/// A limit on how many samples a fit uses and how many iterations it takes. docs/use/tradeoff.md lists what each
+/// budget costs and how large an error it leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Budget {
@@ -200,7 +201,7 @@ pub enum Budget {
 }
 
 impl Budget {
-    /// All budgets, from the cheapest up.
+    /// All budgets, the cheapest first.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Balanced, Self::Full];
 
     /// Name on the command line and in reports.
@@ -223,7 +224,7 @@ impl Budget {
         }
     }
 
-    /// The most iterations of the final fit.
+    /// The largest number of iterations of the final fit.
     #[must_use]
     pub fn iterations(self) -> u64 {
         match self {
@@ -233,7 +234,7 @@ impl Budget {
         }
     }
 
-    /// The options of a fit within this budget.
+    /// `options` with the limits of this budget.
     #[must_use]
     pub fn apply(self, options: &Options) -> Options {
         Options {

@@ -21,22 +21,23 @@ use crate::solver::{
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// When the final fit ends. A promised decrease of 1e-12 of the cost moves the parameters by about
-/// 1e-6 sqrt(n) standard errors.
+/// Tolerances of the final fit. A predicted decrease of 1e-12 of the cost moves the parameters by about 1e-6 sqrt(n)
+/// standard errors.
 const FINAL: Tolerances = Tolerances { step: 1e-11, cost: 1e-12, gradient: 1e-11, refinements: 2 };
 
 /// Fits `expression` to `measurement`.
 ///
 /// # Errors
-/// [`Error::Invalid`] or [`Error::UnknownName`] for settings that do not fit, [`Error::NoSamples`] if the filters leave nothing,
-/// [`Error::Optimiser`] for a defect. A fit that does not converge is not an error: see [`Fit::unusable`].
+/// [`Error::Invalid`] or [`Error::UnknownName`] if the settings do not suit the model, [`Error::NoSamples`] if no
+/// sample passes the filters, [`Error::Optimiser`] for a bug in this crate. A fit that does not converge is not an
+/// error: see [`Fit::unusable`].
 pub fn fit(
     measurement: &Measurement,
     expression: &Expression,
     options: &Options,
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
-    // The samples to fit, those that are held out, and the groups that resampling would draw from.
+    // Select the samples to fit, those that are held out, and the groups to resample from.
     let (samples, table) = prepare(measurement, expression, options)?;
     let (samples, held_out) = match options.hold_out {
         None => (samples, None),
@@ -51,24 +52,24 @@ pub fn fit(
     };
     let task = Task::new(expression, &samples, options);
 
-    // The best start, which is close to the minimum already. The search leaves its best values in the table, whose
-    // `initial` remembers where they came from.
+    // Search for the best start, which is already close to the minimum. The search leaves its best values in the
+    // table, and their `initial` says where they started.
     progress.stage("searching");
     let (mut table, found) = task.search(table)?;
 
-    // The minimum on all samples, amplitudes without effect at 0 and lobes in order.
+    // Minimise on all samples, set amplitudes without effect to 0, and put lobes in order.
     progress.stage("fitting");
     let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
     let mut solution = task.minimise_on_all(&problem, progress)?;
     task.tidy(&problem, &mut table, &mut solution);
 
-    // How far the parameters move with the angles of incidence that were measured.
+    // Find how far the parameters move when the angles of incidence are resampled.
     let (resampled, cut_short) = match &groups {
         None => (None, None),
         Some(groups) => bootstrap::resample(&task, found.objective, groups, &table, &solution, progress)?,
     };
 
-    // What follows from the parameters.
+    // Compute everything that depends on the parameters.
     progress.stage("judging");
     let mut fit = task.judge(&problem, table, solution, found, resampled)?;
     fit.warnings.extend(cut_short);
@@ -78,7 +79,7 @@ pub fn fit(
 }
 
 impl Task<'_> {
-    /// The minimum on all samples from the values in the problem's table.
+    /// Minimises on all samples from the values in the problem's table.
     fn minimise_on_all(
         &self,
         problem: &ReflectanceProblem<'_>,
@@ -90,7 +91,7 @@ impl Task<'_> {
         let observer: Observer = Arc::new(move |iteration, cost| progress.iteration(iteration, cost));
         let limits = self.limits(iterations, Some(observer));
 
-        // Most of the way on part of the samples, where there are many.
+        // With many samples, go most of the way on a part of them.
         let remembered = Remembered::new(problem);
         let (start, passes) = match solver {
             SolverKind::LevenbergMarquardt => self.coarse_to_fine(&remembered, start, FINAL.cost)?,
@@ -98,17 +99,18 @@ impl Task<'_> {
             _ => (start, 0),
         };
 
-        // The rest on all. A corrected round gains more digits than undamped steps do: none of these are wanted after it.
+        // Go the rest on all samples. A corrected round gains more digits than undamped steps do, so none are needed
+        // after it.
         let tolerances = if passes > 1 { Tolerances { refinements: 0, ..FINAL } } else { FINAL };
         let mut solution = minimise_escaping_absent_lobes(problem, problem.table(), start, |start| {
             minimise_with(solver, &remembered, start, tolerances, limits.clone(), seed)
         })?;
-        // The solver counts the last pass again.
+        // The solver counts the last pass a second time.
         solution.evaluations += passes.saturating_sub(1);
         Ok(solution)
     }
 
-    /// Takes the parameters of a solution over into `table`, sets amplitudes without effect to 0, and puts lobes in order.
+    /// Copies the parameters of a solution into `table`, sets amplitudes without effect to 0, and puts lobes in order.
     fn tidy(&self, problem: &ReflectanceProblem<'_>, table: &mut ParameterTable, solution: &mut Solution) {
         table.set_coordinates(solution.x.as_slice());
         let dropped = self.drop_negligible(table);
@@ -121,7 +123,7 @@ impl Task<'_> {
     }
 }
 
-/// Selects the samples that count, and sets the parameters up as the options ask.
+/// Selects the samples and sets up the parameters according to the options.
 fn prepare(
     measurement: &Measurement,
     expression: &Expression,
@@ -134,15 +136,15 @@ fn prepare(
     Ok((samples, table))
 }
 
-/// The reader's doubts about a file, as warnings.
+/// The warnings that the reader of the file raised.
 fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
     measurement.doubts.iter().cloned().map(Warning::Reader)
 }
 
-/// Scores the parameters that `options` set, without a fit.
+/// Computes the errors of the parameters that `options` set, without fitting.
 ///
 /// # Errors
-/// Like [`fit`].
+/// The errors of [`fit`].
 pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Options) -> Result<Fit, Error> {
     let (samples, table) = prepare(measurement, expression, options)?;
     let rows = table.rows().iter().enumerate();
@@ -151,7 +153,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
         .map(|(index, _)| table.name(index))
         .collect();
 
-    // A fit without free parameters ends where it begins.
+    // A fit without free parameters stops where it starts.
     let table = table.with_fixed(Role::Shape).with_fixed(Role::Amplitude);
     let task = Task::new(expression, &samples, options);
     let found = SearchOutcome { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };

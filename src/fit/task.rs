@@ -1,4 +1,4 @@
-//! A fit in progress: what all of its stages work with.
+//! A fit in progress: the data that all of its stages share.
 
 use super::options::Options;
 use super::problem::loss::Objective;
@@ -10,14 +10,14 @@ use crate::parameters::ParameterTable;
 use crate::solver::{Limits, Observer};
 use std::sync::Arc;
 
-/// Samples of the part on which starts are polished.
+/// Number of samples on which starts are polished.
 pub(super) const POLISH_SAMPLES: usize = 6000;
 
 /// A fit in progress.
 pub(super) struct Task<'a> {
     pub(super) expression: &'a Expression,
     pub(super) samples: &'a Samples,
-    /// Of those samples.
+    /// Draws of part of those samples.
     pub(super) draws: Draws<'a>,
     pub(super) options: &'a Options,
 }
@@ -31,7 +31,7 @@ impl<'a> Task<'a> {
         self.options.limits(iterations, observer)
     }
 
-    /// Samples prepared for the metric of the fit.
+    /// Prepares samples for the metric of the fit.
     pub(super) fn observe<'s>(&self, samples: &'s Samples) -> Arc<Observed<'s>> {
         Arc::new(Observed::new(samples, self.options.metric))
     }

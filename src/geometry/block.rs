@@ -1,24 +1,24 @@
-//! A block of geometry in structure-of-arrays form: what models are evaluated on.
+//! A block of geometry in structure-of-arrays form, on which models are evaluated.
 
 use super::half_difference::Ring;
 use super::{Geometry, HalfDifferenceGrid, Pair};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Deref, DerefMut};
 
-/// Samples in a block. Small enough for a block and what is computed on it to stay in the nearest caches, large
-/// enough to make the work per block negligible.
+/// Number of samples in a block: small enough for a block and its results to stay in the nearest caches, large enough
+/// to make the work per block negligible.
 pub const BLOCK: usize = 128;
 
 /// One number per sample of a block.
 ///
-/// Loops over all of a row have a length that is known when they are compiled, and become packed instructions;
-/// rows begin where the widest of these load fastest.
+/// Loops over a whole row have a length that is known at compile time, and are vectorised; rows are aligned so that
+/// the widest instructions load them fastest.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub struct Row([f64; BLOCK]);
 
 impl Row {
-    /// The same number for every sample.
+    /// A row with the same number for every sample.
     #[must_use]
     pub const fn filled(value: f64) -> Self {
         Self([value; BLOCK])
@@ -77,7 +77,7 @@ impl<'a> IntoIterator for &'a mut Row {
 
 /// Up to [`BLOCK`] pairs of directions, one row per coordinate.
 ///
-/// Places beyond the last sample hold directions too (the last sample's), so that formulas stay finite there.
+/// Positions beyond the last sample repeat the last sample's directions, so that formulas stay finite there.
 #[derive(Clone, Debug)]
 pub struct Block {
     len: usize,
@@ -86,7 +86,7 @@ pub struct Block {
     h: [Row; 3],
     cos_d: Row,
     one_less_cos_d: Row,
-    /// Where samples begin that share the half vector and the difference angle; empty where that is not known.
+    /// Indices at which samples begin that share the half vector and the difference angle; empty if that is not known.
     rings: Vec<usize>,
 }
 
@@ -97,7 +97,7 @@ impl Default for Block {
 }
 
 impl Block {
-    /// An empty block; every place looks along the normal.
+    /// An empty block, in which every position has both directions along the normal.
     #[must_use]
     pub const fn new() -> Self {
         const NORMAL: [Row; 3] = [Row::filled(0.0), Row::filled(0.0), Row::filled(1.0)];
@@ -112,7 +112,7 @@ impl Block {
         }
     }
 
-    /// Replaces the content. Samples beyond [`BLOCK`] are left out.
+    /// Replaces the content. Samples beyond [`BLOCK`] are ignored.
     pub fn fill(&mut self, samples: impl Iterator<Item = Geometry<f64>>) {
         self.len = 0;
         self.rings.clear();
@@ -127,7 +127,7 @@ impl Block {
         }
     }
 
-    /// Replaces the content by pairs of directions. Those beyond [`BLOCK`] are left out.
+    /// Replaces the content by pairs of directions. Pairs beyond [`BLOCK`] are ignored.
     pub fn fill_pairs(&mut self, pairs: &[Pair]) {
         self.len = pairs.len().min(BLOCK);
         self.rings.clear();
@@ -139,7 +139,7 @@ impl Block {
         Arch::new().dispatch(HalfVectors(self));
     }
 
-    /// Replaces the content by cells of a grid. Those beyond [`BLOCK`] are left out.
+    /// Replaces the content by cells of a grid. Cells beyond [`BLOCK`] are ignored.
     pub fn fill_cells(&mut self, grid: &HalfDifferenceGrid, cells: &[u32]) {
         let mut rest = cells.get(..BLOCK).unwrap_or(cells);
         self.len = rest.len();
@@ -153,7 +153,7 @@ impl Block {
             start += count;
             rest = rest.get(count..).unwrap_or_default();
             if start < BLOCK && rest.is_empty() {
-                // What is left repeats the last cell.
+                // The remaining positions repeat the last cell.
                 let (sin_p, cos_p) =
                     (sin_p.last().copied().unwrap_or(0.0), cos_p.last().copied().unwrap_or(1.0));
                 let fill = ([sin_p; BLOCK], [cos_p; BLOCK]);
@@ -166,7 +166,7 @@ impl Block {
     #[must_use]
     pub fn with_light_mirrored(&self) -> Self {
         let mut mirrored = self.clone();
-        // Samples that share a half vector now share none.
+        // Samples that shared a half vector no longer share one.
         mirrored.rings.clear();
         let [x, y, _] = &mut mirrored.wi;
         x.iter_mut().chain(y.iter_mut()).for_each(|component| *component = -*component);
@@ -187,10 +187,10 @@ impl Block {
         }
     }
 
-    /// The geometry at a place, for loops over all places.
+    /// The geometry at a position, for loops over all positions.
     ///
     /// # Panics
-    /// Beyond [`BLOCK`].
+    /// Panics for a position of [`BLOCK`] or more.
     #[inline(always)]
     #[must_use]
     #[expect(
@@ -208,8 +208,8 @@ impl Block {
         }
     }
 
-    /// The places where samples begin that share the half vector and the difference angle, which a grid has many
-    /// of; empty where that is not known.
+    /// The indices at which samples begin that share the half vector and the difference angle, as many samples of a
+    /// grid do; empty if that is not known.
     #[must_use]
     pub fn rings(&self) -> &[usize] {
         &self.rings
@@ -229,13 +229,13 @@ impl Block {
         z
     }
 
-    /// How many samples the block holds.
+    /// The number of samples in the block.
     #[must_use]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether the block holds no sample.
+    /// Whether the block contains no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
@@ -273,7 +273,7 @@ impl WithSimd for HalfVectors<'_> {
     }
 }
 
-/// Puts cells of one ring into a block, from place `start` on.
+/// Writes cells of one ring to a block, from position `start` on.
 struct RingCells<'a> {
     block: &'a mut Block,
     start: usize,

@@ -1,4 +1,4 @@
-//! Where a measurement was taken: scattered pairs of directions or cells of a grid.
+//! The directions of a measurement: scattered pairs of directions or cells of a grid.
 
 use super::{BLOCK, Block, Geometry, HalfDifferenceGrid, Pair};
 use crate::error::Error;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 /// The unit direction at polar angle `theta` and azimuth `phi`, radians.
 ///
-/// A negative `theta` is the direction at `|theta|` on the other side of the normal (phi + pi), as
+/// A negative `theta` means the direction at `|theta|` on the other side of the normal (phi + pi), which is how
 /// goniophotometers report in-plane scans.
 #[must_use]
 pub fn direction(theta: f64, phi: f64) -> DVec3 {
@@ -25,7 +25,7 @@ pub fn spherical_degrees(v: DVec3) -> (f64, f64) {
     (theta.to_degrees(), v.y.atan2(v.x).to_degrees())
 }
 
-/// The directions of a set of samples, in a form as small as the source allows.
+/// The directions of a set of samples, stored as compactly as their source allows.
 #[derive(Clone, Debug)]
 pub enum Directions {
     /// One pair of directions per sample.
@@ -34,14 +34,15 @@ pub enum Directions {
     Grid {
         /// The grid, shared by everything that samples it.
         grid: Arc<HalfDifferenceGrid>,
-        /// Cell number per sample.
+        /// The cell of each sample.
         cells: Vec<u32>,
     },
 }
 
 impl Directions {
-    /// Scattered pairs of directions, each from its angles `[theta_i, phi_i, theta_o, phi_o]` in degrees: polar angles from
-    /// -90 to 90 from the normal, and azimuths. A negative polar angle is on the other side of the normal.
+    /// Creates scattered pairs of directions, each from its angles `[theta_i, phi_i, theta_o, phi_o]` in degrees:
+    /// polar angles from -90 to 90 from the normal, and azimuths. A negative polar angle is on the other side of the
+    /// normal.
     ///
     /// # Errors
     /// [`Error::Invalid`] naming the first angle that is not finite, or is below the horizon.
@@ -63,8 +64,8 @@ impl Directions {
         Ok(Self::Scattered(pairs))
     }
 
-    /// Scattered pairs of directions: vectors to the light and to the viewer in the local frame, whose z is the normal. They
-    /// need not be unit.
+    /// Creates scattered pairs of directions from vectors to the light and to the viewer in the local frame, where z
+    /// is the normal. The vectors need not be unit.
     ///
     /// # Errors
     /// [`Error::Invalid`] naming the first vector that is not finite, is 0, or points below the horizon.
@@ -82,7 +83,7 @@ impl Directions {
         Ok(Self::Scattered(pairs))
     }
 
-    /// How many samples there are.
+    /// The number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -91,19 +92,19 @@ impl Directions {
         }
     }
 
-    /// Whether there is no sample.
+    /// Whether there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether the samples lie on a half/difference grid, which knows nothing of the half vector's azimuth.
+    /// Whether the samples lie on a half/difference grid, which does not contain the half vector's azimuth.
     #[must_use]
     pub fn is_grid(&self) -> bool {
         matches!(self, Self::Grid { .. })
     }
 
-    /// The geometry of every sample in turn.
+    /// Iterates over the geometry of every sample.
     pub fn iter(&self) -> impl Iterator<Item = Geometry<f64>> + '_ {
         let (pairs, grid): (&[Pair], Option<(&HalfDifferenceGrid, &[u32])>) = match self {
             Self::Scattered(pairs) => (pairs, None),
@@ -113,7 +114,7 @@ impl Directions {
         pairs.iter().map(Pair::geometry).chain(cells)
     }
 
-    /// Puts the geometry of the samples in `range`, which is one of [`Self::blocks`], into `block`.
+    /// Writes the geometry of the samples in `range`, which is one of [`Self::blocks`], to `block`.
     pub fn fill(&self, range: Range<usize>, block: &mut Block) {
         match self {
             Self::Scattered(pairs) => {
@@ -125,11 +126,13 @@ impl Directions {
         }
     }
 
-    /// What `of` makes of the geometry of every sample.
-    pub(crate) fn each<T: Send>(&self, of: impl Fn(&Geometry<f64>) -> T + Sync) -> Vec<T> {
+    /// The results of `function` for the geometry of every sample.
+    pub(crate) fn each<T: Send>(&self, function: impl Fn(&Geometry<f64>) -> T + Sync) -> Vec<T> {
         match self {
-            Self::Scattered(pairs) => pairs.par_iter().map(|pair| of(&pair.geometry())).collect(),
-            Self::Grid { grid, cells } => cells.par_iter().map(|&cell| of(&grid.geometry(cell))).collect(),
+            Self::Scattered(pairs) => pairs.par_iter().map(|pair| function(&pair.geometry())).collect(),
+            Self::Grid { grid, cells } => {
+                cells.par_iter().map(|&cell| function(&grid.geometry(cell))).collect()
+            }
         }
     }
 
@@ -144,7 +147,7 @@ impl Directions {
         }
     }
 
-    /// The ranges of the blocks that the samples divide into.
+    /// The ranges of the blocks into which the samples are divided.
     pub fn blocks(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let len = self.len();
         (0..len).step_by(BLOCK).map(move |start| start..len.min(start + BLOCK))
@@ -197,8 +200,8 @@ mod tests {
 
     #[test]
     fn weights_integrate_to_both_hemispheres() {
-        // The sum over all bins above the horizon of 4 x weight x bin size is (2 pi)^2: every pair of
-        // directions once. phi_d is stored for half a turn, phi_h not at all: a factor 2 pi x 2.
+        // The sum over all bins above the horizon of 4 x weight x bin size is (2 pi)^2, with every pair of directions
+        // counted once. phi_d is stored for half a turn and phi_h not at all, hence a factor of 2 pi x 2.
         let grid = HalfDifferenceGrid::merl(0.5);
         let bin = (std::f64::consts::FRAC_PI_2 / 8100.0)
             * (std::f64::consts::FRAC_PI_2 / 90.0)

@@ -8,34 +8,34 @@ use std::sync::{Arc, LazyLock, OnceLock};
 
 /// The MERL grid: 90 x 90 x 180 bins in (theta_h, theta_d, phi_d).
 ///
-/// theta_h grows with the square of its index, theta_d and phi_d linearly; phi_d covers half a turn
-/// because reciprocity makes the other half equal. A cell is numbered
-/// phi_d + 180 (theta_d + 90 theta_h), as in the files.
+/// theta_h grows with the square of its index, theta_d and phi_d linearly. phi_d covers half a turn because
+/// reciprocity makes the other half equal. The number of a cell is phi_d + 180 (theta_d + 90 theta_h), as in the
+/// files.
 #[derive(Clone, Debug)]
 pub struct HalfDifferenceGrid {
-    /// (sin, cos) of the polar angle of the half vector, per index.
+    /// (sin, cos) of the polar angle of the half vector, by index.
     theta_h: Vec<(f64, f64)>,
-    /// (sin, cos) of the difference angle, per index.
+    /// (sin, cos) of the difference angle, by index.
     theta_d: Vec<(f64, f64)>,
-    /// Sine of the difference azimuth, per index.
+    /// Sine of the difference azimuth, by index.
     sin_phi_d: Vec<f64>,
-    /// Its cosine.
+    /// Cosine of the difference azimuth, by index.
     cos_phi_d: Vec<f64>,
-    /// Solid-angle weight per (theta_h, theta_d), at the bin centre.
+    /// Solid-angle weight at the bin centre, by (theta_h, theta_d).
     weights: Vec<f64>,
-    /// Per cell, whether both directions are above the horizon, once somebody has asked.
+    /// Whether both directions of each cell are above the horizon; computed on first use.
     above_horizon: OnceLock<Vec<bool>>,
 }
 
 impl HalfDifferenceGrid {
-    /// Bins in theta_h, theta_d and phi_d.
+    /// Numbers of bins in theta_h, theta_d and phi_d.
     pub const DIMENSIONS: [usize; 3] = [90, 90, 180];
     /// Number of cells.
     pub const CELLS: usize = Self::DIMENSIONS[0] * Self::DIMENSIONS[1] * Self::DIMENSIONS[2];
 
-    /// The grid whose values stand for bin centres (`offset` 0.5) or lower bin edges (`offset` 0).
+    /// Creates a grid whose values stand for bin centres (`offset` 0.5) or lower bin edges (`offset` 0).
     ///
-    /// The weights are those of the bins, at their centres, whichever the directions are.
+    /// In both cases the weights are those of the bins at their centres.
     #[must_use]
     pub fn merl(offset: f64) -> Self {
         let [n_h, n_d, n_p] = Self::DIMENSIONS;
@@ -61,7 +61,7 @@ impl HalfDifferenceGrid {
         }
     }
 
-    /// The grid of bin centres, made once per process and shared by all tables.
+    /// The grid of bin centres, created once per process and shared by all tables.
     #[must_use]
     pub fn merl_centers() -> Arc<Self> {
         static CENTERS: LazyLock<Arc<HalfDifferenceGrid>> =
@@ -69,7 +69,7 @@ impl HalfDifferenceGrid {
         Arc::clone(&CENTERS)
     }
 
-    /// The grid of lower bin edges, made once per process and shared by all tables.
+    /// The grid of lower bin edges, created once per process and shared by all tables.
     #[must_use]
     pub fn merl_edges() -> Arc<Self> {
         static EDGES: LazyLock<Arc<HalfDifferenceGrid>> =
@@ -77,7 +77,7 @@ impl HalfDifferenceGrid {
         Arc::clone(&EDGES)
     }
 
-    /// Per cell, whether both of its directions are above the horizon. Found once per grid.
+    /// Whether both directions of each cell are above the horizon. Computed once per grid.
     #[must_use]
     pub fn above_horizon(&self) -> &[bool] {
         self.above_horizon.get_or_init(|| {
@@ -98,7 +98,7 @@ impl HalfDifferenceGrid {
         (cell / (n_d * n_p), (cell / n_p) % n_d, cell % n_p)
     }
 
-    /// The solid-angle weight of a cell: proportional to dwi dwo of its bin.
+    /// The solid-angle weight of a cell, proportional to dwi dwo of its bin.
     #[must_use]
     pub fn weight(&self, cell: u32) -> f64 {
         let (i, j, _) = Self::indices(cell);
@@ -112,14 +112,14 @@ impl HalfDifferenceGrid {
         self.ring(i, j).geometry(self.sin_phi_d[k], self.cos_phi_d[k])
     }
 
-    /// The directions of the cells at `theta_h` and `theta_d` of these indices.
+    /// The directions of the cells with these indices of theta_h and theta_d.
     fn ring(&self, i: usize, j: usize) -> Ring {
         let ((sin_h, cos_h), (sin_d, cos_d)) = (self.theta_h[i], self.theta_d[j]);
         Ring { sin_h, cos_h, sin_d, cos_d, one_less_cos_d: sin_d * sin_d / (1.0 + cos_d) }
     }
 
-    /// The ring that the first of `cells` lie on, and the sines and cosines of their difference azimuths: of as many
-    /// as follow each other there without a gap. `None` means that there are no cells.
+    /// The ring that the first of `cells` lies on, and the sines and cosines of the difference azimuths of the cells
+    /// that follow it on the ring without a gap. `None` if there are no cells.
     pub(super) fn first_ring(&self, cells: &[u32]) -> Option<(Ring, &[f64], &[f64])> {
         let first = *cells.first()?;
         let (i, j, k) = Self::indices(first);
@@ -129,7 +129,7 @@ impl HalfDifferenceGrid {
     }
 }
 
-/// All difference azimuths at one half vector and difference angle.
+/// All difference azimuths at one half vector and one difference angle.
 #[derive(Clone, Copy)]
 pub(super) struct Ring {
     sin_h: f64,
@@ -145,21 +145,21 @@ impl Ring {
         [self.sin_h, 0.0, self.cos_h]
     }
 
-    /// n.wi and n.wo at the difference azimuth whose cosine is given.
+    /// n.wi and n.wo at the difference azimuth with this cosine.
     #[inline(always)]
     fn cosines(&self, cos_p: f64) -> (f64, f64) {
         let (along, across) = (self.cos_d * self.cos_h, -self.sin_d * cos_p * self.sin_h);
         (along + across, along - across)
     }
 
-    /// wi and wo at the difference azimuth whose sine and cosine are given.
+    /// wi and wo at the difference azimuth with this sine and cosine.
     #[inline(always)]
     pub(super) fn directions(&self, sin_p: f64, cos_p: f64) -> ([f64; 3], [f64; 3]) {
         let Self { sin_h, cos_h, sin_d, cos_d, .. } = *self;
         // wi = Ry(theta_h) (sin td cos pd, sin td sin pd, cos td); wo mirrors wi in h.
         let (along_x, across_x, across_y) = (cos_d * sin_h, sin_d * cos_p * cos_h, sin_d * sin_p);
         let (cos_i, cos_o) = self.cosines(cos_p);
-        // 0 - y: negating would make a zero negative, and its azimuth -180 degrees.
+        // 0 - y instead of -y, because negating would make a zero negative and its azimuth -180 degrees.
         ([along_x + across_x, across_y, cos_i], [along_x - across_x, 0.0 - across_y, cos_o])
     }
 

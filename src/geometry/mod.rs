@@ -1,7 +1,7 @@
 //! Directions, half/difference grids, and the blocks of geometry that models are evaluated on.
 //!
-//! Local frame: the normal is +z, `wi` points to the light and `wo` to the viewer, both unit and away
-//! from the surface (docs/use/conventions.md).
+//! In the local frame the normal is +z. `wi` points to the light and `wo` to the viewer; both are unit vectors that
+//! point away from the surface (docs/use/conventions.md).
 
 #![allow(
     clippy::indexing_slicing,
@@ -22,7 +22,7 @@ pub use pair::Pair;
 
 use crate::math::Real;
 
-/// Everything that a model may know of one pair of directions. Vectors are unit, in the local frame.
+/// The geometry of one pair of directions, as a model uses it. All vectors are unit vectors in the local frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Geometry<R> {
     /// Direction to the light.
@@ -33,19 +33,19 @@ pub struct Geometry<R> {
     pub h: [R; 3],
     /// Cosine of the difference angle, wi.h = wo.h.
     pub cos_d: R,
-    /// 1 - wi.h, with all its digits where the directions are close to each other.
+    /// 1 - wi.h, accurate even if the directions are close to each other.
     pub one_less_cos_d: R,
 }
 
 impl<R: Real> Geometry<R> {
-    /// Geometry of a pair of unit directions.
+    /// The geometry of a pair of unit directions.
     #[must_use]
     #[inline(always)]
     pub fn new(wi: [R; 3], wo: [R; 3]) -> Self {
         let [ix, iy, iz] = wi;
         let [ox, oy, oz] = wo;
-        // The unnormalised half vector: its x and y keep their digits when it is close to the normal,
-        // where 1 - cos^2(theta_h) would lose them.
+        // The half vector before normalisation. Its x and y keep their digits if it is close to the normal, where 1 -
+        // cos^2(theta_h) would lose them.
         let [x, y, z]: [R; 3] = [ix + ox, iy + oy, iz + oz];
         let length: R = (x * x + y * y + z * z).sqrt();
         // |wi + wo| = 2 cos(theta_d) for unit vectors, and |wi - wo| = 2 sin(theta_d): 1 - cos = sin^2/(1 + cos).
@@ -113,15 +113,15 @@ impl<R: Real> Geometry<R> {
         self.sin2_h() / (cos * cos)
     }
 
-    /// ln(n.h), exact where the half vector is close to the normal and where it is close to the horizon.
+    /// ln(n.h), accurate both if the half vector is close to the normal and if it is close to the horizon.
     #[inline(always)]
     #[must_use]
     pub fn ln_cos_h(&self) -> R {
-        // With h in the horizon the logarithm stays finite: a power that underflows would otherwise have the derivative
-        // 0 times infinity.
+        // With h in the horizon the logarithm stays finite; otherwise a power that underflows would have the
+        // derivative 0 times infinity.
         let cos2 = (self.cos_h() * self.cos_h()).greater(R::TINY);
-        // What rounding has left out of cos^2 near the normal, where 1 - cos^2 is exact. Towards the horizon sin^2 has
-        // fewer digits to offer than cos^2.
+        // The part that rounding has removed from cos^2 near the normal, where 1 - cos^2 is exact. Towards the horizon
+        // sin^2 has fewer digits than cos^2.
         let sin2 = self.sin2_h();
         let rest: R = (-cos2).plus(1.0) - sin2;
         let rest = R::if_less(sin2, R::literal(0.5), rest, R::literal(0.0));

@@ -1,18 +1,18 @@
-//! Numbers that count what is done with them: the cost of a formula that no machine and no moment changes.
+//! Numbers that count the operations on them. This gives the cost of a formula independently of machine and moment.
 //!
-//! Every operation on a [`Counted`] number adds to a tally of the thread that does it. [`counting`] says what a piece of code
-//! has added. Slow, and meant for counting only.
+//! Every operation on a [`Counted`] number adds to a tally of its thread. [`counting`] returns what a piece of code
+//! has added. It is slow and meant for counting only.
 
 use super::scalar::{Real, Scalar};
 use serde::Serialize;
 use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A double that counts.
+/// A double that counts the operations on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counted(f64);
 
-/// Operations, by what they cost.
+/// Numbers of operations, by cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Operations {
@@ -20,7 +20,7 @@ pub struct Operations {
     pub sums: u64,
     /// Products.
     pub products: u64,
-    /// Choices between two numbers, and whole parts.
+    /// Choices between two numbers, and integer parts.
     pub choices: u64,
     /// Quotients.
     pub quotients: u64,
@@ -30,14 +30,15 @@ pub struct Operations {
     pub transcendental: u64,
 }
 
-/// What a quotient or a square root counts, a sum counting 1: about the ratio of their reciprocal throughputs on processors of
-/// 2015 to 2025 (Fog, "Instruction tables", <https://agner.org/optimize>).
+/// The cost of a quotient or a square root in units of a sum: about the ratio of their reciprocal throughputs on
+/// processors of 2015 to 2025 (Fog, "Instruction tables", <https://agner.org/optimize>).
 const QUOTIENT: u64 = 4;
-/// What an exponential or the like counts: those of [`super::elementary`] are straight lines of 20 to 40 sums and products.
+/// The cost of an exponential or similar function: those of [`super::elementary`] are straight lines of 20 to 40 sums
+/// and products.
 const TRANSCENDENTAL: u64 = 25;
 
 impl Operations {
-    /// All of them, each by what it costs in units of a sum.
+    /// The total cost, in units of a sum.
     #[must_use]
     pub fn weighted(&self) -> u64 {
         self.sums
@@ -47,7 +48,7 @@ impl Operations {
             + TRANSCENDENTAL * self.transcendental
     }
 
-    /// What these are more than `others`; 0 where they are fewer.
+    /// The differences between these counts and `others`, with 0 in place of negative ones.
     #[must_use]
     pub fn beyond(&self, others: &Self) -> Self {
         let each = |of: fn(&Self) -> u64| of(self).saturating_sub(of(others));
@@ -63,20 +64,20 @@ impl Operations {
 }
 
 thread_local! {
-    /// What has been counted on this thread.
+    /// The operations counted on this thread.
     static TALLY: Cell<Operations> = const { Cell::new(Operations {
         sums: 0, products: 0, choices: 0, quotients: 0, roots: 0, transcendental: 0,
     }) };
 }
 
-/// What `work` returns, and the operations that it does on this thread.
+/// Runs `work` and returns its result, and the operations that it does on this thread.
 pub fn counting<R>(work: impl FnOnce() -> R) -> (R, Operations) {
     let before = TALLY.get();
     let result = work();
     (result, TALLY.get().beyond(&before))
 }
 
-/// Adds to the tally. Called and not merged into formulas, which would grow with every operation.
+/// Adds to the tally. It is called rather than inlined into formulas, which would grow with every operation.
 #[inline(never)]
 fn tally(add: fn(&mut Operations)) {
     let mut operations = TALLY.get();

@@ -1,10 +1,9 @@
 //! Dual numbers: values that carry their derivatives.
 //!
-//! A dual number a + sum_j a_j e_j with e_j e_k = 0 stands for a value and its first derivatives with
-//! respect to N parameters. Evaluating a formula on duals whose inputs are seeded with
-//! [`Dual::variable`] yields the exact derivatives of that formula by the chain rule: no step size, no
-//! second hand-made derivative that could drift away from the value (forward-mode automatic
-//! differentiation; Griewank and Walther 2008, ch. 3).
+//! A dual number a + sum_j a_j e_j with e_j e_k = 0 represents a value and its first derivatives with respect to N
+//! parameters. Evaluating a formula on duals whose inputs are created by [`Dual::variable`] gives the exact
+//! derivatives of that formula by the chain rule: there is no step size, and no second, hand-written derivative that
+//! could differ from the value (forward-mode automatic differentiation; Griewank and Walther 2008, ch. 3).
 
 use super::scalar::{Real, Scalar};
 use std::array;
@@ -20,21 +19,21 @@ pub struct Dual<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Dual<R, N> {
-    /// The `index`-th of the `N` parameters, at `value`. An index of `N` or more makes a constant.
+    /// The `index`-th of the `N` parameters, at `value`. An index of `N` or more makes it a constant.
     #[must_use]
     #[inline(always)]
     pub fn variable(value: R, index: usize) -> Self {
         Self { value, partials: array::from_fn(|j| R::literal(if j == index { 1.0 } else { 0.0 })) }
     }
 
-    /// Chain rule: the value of a function at this point, and its slope there.
+    /// Applies the chain rule, given the value and the derivative of a function at this point.
     #[must_use]
     #[inline(always)]
     fn chain(self, value: R, slope: R) -> Self {
         Self { value, partials: self.partials.map(|p| p * slope) }
     }
 
-    /// Combines the partials of two numbers one by one.
+    /// Combines the partials of two numbers pair by pair.
     #[must_use]
     #[inline(always)]
     #[expect(clippy::indexing_slicing, reason = "all three arrays have N entries")]
@@ -88,8 +87,8 @@ impl<R: Real, const N: usize> Div for Dual<R, N> {
     }
 }
 
-// With a plain number on the right only the value and one factor change. `R` itself cannot implement
-// these operators for a foreign `Dual`, hence "parameter on the left".
+// With a plain number on the right, only the value and one factor change. `R` itself cannot implement these operators
+// for the foreign type `Dual`, hence "parameter on the left".
 macro_rules! with_real {
     ($float:ident) => {
         impl<const N: usize> Add<$float> for Dual<$float, N> {

@@ -1,14 +1,13 @@
 //! Elementary functions that a compiler can evaluate on several numbers at once.
 //!
-//! The standard library's `exp`, `ln`, `atan2` and the like are calls into a platform's C library: a loop
-//! that contains one runs number by number, and its last digit depends on the platform. The functions here
-//! are straight lines of additions, multiplications, divisions, choices between two values that both exist, and
-//! operations on the bits of a double. There is no branch, table or call, so that a loop over an array
-//! becomes packed code on every instruction set; and no fused multiplication and addition, which the baseline
-//! lacks, so that every machine gives the same bytes.
+//! The standard library's `exp`, `ln`, `atan2` and the like call a platform's C library: a loop that contains one runs
+//! number by number, and the last digit depends on the platform. The functions here are straight lines of additions,
+//! multiplications, divisions, choices between two values that are both computed, and operations on the bits of a
+//! double. There is no branch, table or call, so a loop over an array is vectorised on every instruction set. There is
+//! no fused multiply-add, which the baseline lacks, so every machine gives the same bytes.
 //!
-//! The price is a little accuracy. Largest error found over random arguments against 50 digits, in units in
-//! the last place (correct rounding: 0.5):
+//! The price is a little accuracy. The table lists the largest error found over random arguments against 50 digits, in
+//! units in the last place (correct rounding: 0.5):
 //!
 //! | function | error | where |
 //! |---|---|---|
@@ -24,37 +23,37 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI};
 
-/// 1.5 2^52: adding it to a number below 2^51 rounds that to an integer, which then stands, in two's
-/// complement, in the low bits. Packed conversions between 64-bit integers and doubles came only with AVX-512.
+/// 1.5 2^52: adding it to a number below 2^51 rounds that number to an integer, whose two's complement is then in the
+/// low bits. Vector conversions between 64-bit integers and doubles came only with AVX-512.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// 2^52: an integer below 2^52 put into the low bits of this makes the double 2^52 + integer.
+/// 2^52: putting an integer below 2^52 into the low bits of this gives the double 2^52 + integer.
 const TWO_52: f64 = 4_503_599_627_370_496.0;
 
-/// The larger part of ln 2. It has 21 zero bits at its end: its product with an exponent is exact.
+/// The larger part of ln 2. It ends in 21 zero bits, so its product with an exponent is exact.
 const LN_2_HIGH: f64 = f64::from_bits(0x3fe6_2e42_fee0_0000);
-/// What [`LN_2_HIGH`] lacks of ln 2.
+/// The difference between ln 2 and [`LN_2_HIGH`].
 const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
-/// What pi exceeds the double nearest to it by, relative to pi.
+/// The difference between pi and the nearest double, relative to pi.
 const PI_REST: f64 = 1.224_646_799_147_353_2e-16 / PI;
 
-/// What is added to the exponent of a double before it is stored.
+/// The constant added to the exponent of a double when it is stored.
 const EXPONENT_BIAS: u64 = 1023;
-/// Bits of a double after the point.
+/// Number of bits of a double after the binary point.
 const MANTISSA_BITS: u32 = 52;
-/// The bits after the point.
+/// A mask of the bits after the binary point.
 const MANTISSA: u64 = (1 << MANTISSA_BITS) - 1;
-/// The bit of the sign.
+/// The sign bit.
 const SIGN: u64 = 1 << 63;
 
-/// A polynomial, coefficients from the constant upwards, by Horner's rule.
+/// A polynomial by Horner's rule, with coefficients from the constant upwards.
 macro_rules! polynomial {
     ($x:expr, [$constant:expr]) => { $constant };
     ($x:expr, [$constant:expr, $($rest:expr),+]) => { $constant + $x * polynomial!($x, [$($rest),+]) };
 }
 
-/// The same with even and odd powers apart: two chains of half the length, which a processor works on side by side.
+/// The same with even and odd powers separate: two chains of half the length, which a processor evaluates in parallel.
 macro_rules! long_polynomial {
     ($x:expr, [$($even:expr, $odd:expr),+]) => {
         polynomial!($x * $x, [$($even),+]) + $x * polynomial!($x * $x, [$($odd),+])
@@ -64,7 +63,7 @@ macro_rules! long_polynomial {
 /// e^x: infinity above 709.78, subnormal below -708.4, 0 below -745.13.
 #[inline(always)]
 pub(crate) fn exp(x: f64) -> f64 {
-    // Beyond these limits the result stays what it is at them. NaN fails both comparisons.
+    // Beyond these limits the result stays as it is at the limit. NaN fails both comparisons.
     let x = if x > 710.0 { 710.0 } else { x };
     let x = if x < -746.0 { -746.0 } else { x };
     exp_of_sum(x, 0.0)
@@ -72,8 +71,8 @@ pub(crate) fn exp(x: f64) -> f64 {
 
 /// e^(high + low) for high in -1400..=710 and low below 1e-4.
 ///
-/// x = k ln 2 + r with |r| <= (ln 2)/2 (Cody and Waite 1980, Software Manual for the Elementary Functions, ch. 6);
-/// e^r = 1 + r + r^2 q(r), summed from the small end so that only the last addition rounds visibly.
+/// x = k ln 2 + r with |r| <= (ln 2)/2 (Cody and Waite 1980, Software Manual for the Elementary Functions, ch. 6); e^r
+/// = 1 + r + r^2 q(r), summed from the smallest term so that only the last addition has a noticeable rounding error.
 #[inline(always)]
 fn exp_of_sum(high: f64, low: f64) -> f64 {
     let k = (high * LOG2_E + ROUND) - ROUND;
@@ -97,8 +96,8 @@ fn exp_of_sum(high: f64, low: f64) -> f64 {
     );
     let rest = r * r * q;
     let power = 1.0 + (high + (low + rest));
-    // 2^k in two factors: for the largest and the subnormal results 2^k itself is not a double. The first
-    // product is exact, so that a subnormal result is rounded once.
+    // 2^k is applied as two factors, because for the largest and the subnormal results 2^k itself is not a double. The
+    // first product is exact, so a subnormal result is rounded only once.
     let half = 0.5 * k + ROUND;
     let other = (k - (half - ROUND)) + ROUND;
     power * power_of_two(half) * power_of_two(other)
@@ -114,7 +113,7 @@ fn power_of_two(rounded: f64) -> f64 {
 /// Natural logarithm: -infinity at 0, NaN below.
 #[inline(always)]
 pub(crate) fn ln(x: f64) -> f64 {
-    // A subnormal number has no exponent in its bits until it is multiplied by 2^54.
+    // The exponent bits of a subnormal number are 0, so it is first multiplied by 2^54.
     let subnormal = x < f64::MIN_POSITIVE;
     let scaled = if subnormal { x * 18_014_398_509_481_984.0 } else { x };
     let exponent = if subnormal { -54.0 } else { 0.0 };
@@ -123,7 +122,7 @@ pub(crate) fn ln(x: f64) -> f64 {
 
 /// ln(1 + x), accurate near zero: -infinity at -1, NaN below.
 ///
-/// What 1 + x loses by rounding, relative to the sum, is added to the logarithm (fdlibm, `s_log1p.c`, Sun
+/// The part that rounding removes from 1 + x, relative to the sum, is added to the logarithm (fdlibm, `s_log1p.c`, Sun
 /// Microsystems 1993).
 #[inline(always)]
 pub(crate) fn ln_1p(x: f64) -> f64 {
@@ -138,7 +137,7 @@ pub(crate) fn ln_of_sum(x: f64, rest: f64) -> f64 {
     ln_of_normal(x, 0.0, rest / x)
 }
 
-/// `logarithm`, or what the logarithm of `x` is where `x` is no positive finite number.
+/// `logarithm`, or the logarithm of `x` if `x` is not a positive finite number.
 #[inline(always)]
 fn ln_at_limits(x: f64, logarithm: f64) -> f64 {
     let undefined = if x == 0.0 { f64::NEG_INFINITY } else { f64::NAN };
@@ -148,12 +147,12 @@ fn ln_at_limits(x: f64, logarithm: f64) -> f64 {
 
 /// ln(x 2^exponent) + `small` for a positive normal x.
 ///
-/// x = 2^k (1 + f) with 1 + f in sqrt(1/2)..sqrt(2), s = f/(2 + f), and ln(1 + f) = f - f^2/2 + s (f^2/2 + s^2 q(s^2)):
-/// f is exact, so that the relative error stays small about x = 1 (fdlibm, `e_log.c`, Sun Microsystems 1993).
+/// x = 2^k (1 + f) with 1 + f in sqrt(1/2)..sqrt(2), s = f/(2 + f), and ln(1 + f) = f - f^2/2 + s (f^2/2 + s^2
+/// q(s^2)). f is exact, so the relative error stays small near x = 1 (fdlibm, `e_log.c`, Sun Microsystems 1993).
 #[inline(always)]
 fn ln_of_normal(x: f64, exponent: f64, small: f64) -> f64 {
-    /// The bits of sqrt(1/2), rounded to the upper half: moved up by what 1 exceeds them, the exponent changes at sqrt(2) instead
-    /// of 2.
+    /// The bits of sqrt(1/2), rounded to the upper half. Shifted by the difference between the bits of 1 and these,
+    /// the exponent changes at sqrt(2) instead of 2.
     const SQRT_HALF: u64 = 0x3fe6_a09e_0000_0000;
     let moved = x.to_bits().wrapping_add(1.0_f64.to_bits() - SQRT_HALF);
     let biased = f64::from_bits((moved >> MANTISSA_BITS) | TWO_52.to_bits());
@@ -179,12 +178,12 @@ fn ln_of_normal(x: f64, exponent: f64, small: f64) -> f64 {
     k * LN_2_HIGH + (f - (half_square - low))
 }
 
-/// Complementary error function, to a small relative error until it underflows beyond 26.5.
+/// Complementary error function, with a small relative error until it underflows beyond 26.5.
 #[inline(always)]
 pub(crate) fn erfc(x: f64) -> f64 {
-    // The result is 0 or 2 from here on, and every step below stays finite. NaN fails the comparison.
+    // Beyond this the result is 0 or 2, and every step below stays finite. NaN fails the comparison.
     let a = if x.abs() > 28.0 { 28.0 } else { x.abs() };
-    // exp(-a^2) would magnify the rounding of a^2 a^2 times. A head of 26 bits has an exact square.
+    // exp(-a^2) would magnify the rounding error of a^2 by a factor of a^2. A head of 26 bits has an exact square.
     let head = f64::from_bits(a.to_bits() & !0x07ff_ffff);
     let tail = (a - head) * (a + head);
     let upper = exp_of_sum(-(head * head), -tail) * erfcx(a);
@@ -193,14 +192,15 @@ pub(crate) fn erfc(x: f64) -> f64 {
 
 /// exp(x^2) erfc(x) for x >= 0.
 ///
-/// (1 + 2 x) erfcx(x) runs smoothly from 1 to 2/sqrt(pi), so that one polynomial in t = (x - k)/(x + k) serves from
-/// zero to infinity (Shepherd and Laframboise 1981, <https://doi.org/10.1090/S0025-5718-1981-0595058-X>). Here it is
-/// 1 + w q(t) with w = x/(x + k) = (1 + t)/2: w q(t) stays below 0.29, and its rounding with it.
+/// (1 + 2 x) erfcx(x) is smooth and goes from 1 to 2/sqrt(pi), so a single polynomial in t = (x - k)/(x + k) is enough
+/// from zero to infinity (Shepherd and Laframboise 1981, <https://doi.org/10.1090/S0025-5718-1981-0595058-X>). Here it
+/// is 1 + w q(t) with w = x/(x + k) = (1 + t)/2, where w q(t) stays below 0.29, which also keeps its rounding error
+/// small.
 #[inline(always)]
 pub(crate) fn erfcx(x: f64) -> f64 {
-    /// k: where t = 0.
+    /// k, the x at which t = 0.
     const K: f64 = 3.75;
-    // The quotient of infinities is no number; from 1e30 on it is 1.
+    // The quotient of two infinities is NaN; from 1e30 on the quotient is 1.
     let near = if x > 1e30 { 1e30 } else { x };
     let w = near / (near + K);
     let t = (w + w) - 1.0;
@@ -236,14 +236,14 @@ pub(crate) fn erfcx(x: f64) -> f64 {
 
 /// Angle of the point (x, y), radians in [-pi, pi]; 0 at the origin. Both must be below 8e307.
 ///
-/// The sign of zero counts for y, as usual, but not for x: -0 is 0.
+/// The sign of a zero matters for y, as usual, but not for x: -0 counts as 0.
 #[inline(always)]
 pub(crate) fn atan2(y: f64, x: f64) -> f64 {
     // The angle to the nearer axis is atan(least/most), in 0..pi/4.
     let steep = x.abs() < y.abs();
     let least = if steep { x.abs() } else { y.abs() };
     let most = if steep { y.abs() } else { x.abs() };
-    // Beyond a slope of 1/2 it is pi/4 + atan((least - most)/(least + most)); that difference is exact.
+    // Above a slope of 1/2 it is pi/4 + atan((least - most)/(least + most)), where the difference is exact.
     let diagonal = 0.5 * most < least;
     let numerator = if diagonal { least - most } else { least };
     let denominator = if diagonal { least + most } else { most };
@@ -269,7 +269,7 @@ pub(crate) fn atan2(y: f64, x: f64) -> f64 {
         ]
     );
     let small = q + q * (z * series);
-    // Multiples of pi/4 up to pi are exact sums: the double nearest to pi ends in three zero bits.
+    // Multiples of pi/4 up to pi are exact sums, because the double nearest to pi ends in three zero bits.
     let base = if diagonal { FRAC_PI_4 } else { 0.0 };
     let (base, small) = (if steep { FRAC_PI_2 - base } else { base }, if steep { -small } else { small });
     let behind = x < 0.0;
@@ -278,20 +278,21 @@ pub(crate) fn atan2(y: f64, x: f64) -> f64 {
     f64::from_bits(angle.to_bits() | (y.to_bits() & SIGN))
 }
 
-/// y^(-1/3) for a positive normal number; 0 at infinity, some large finite number at 0.
+/// y^(-1/3) for a positive normal number; 0 at infinity, and some large finite number at 0.
 ///
-/// The bits of a double are nearly linear in its logarithm: a third of them, taken from a constant, are those of
-/// a first value t that is off by up to 3.5 %. With h = 1 - y t^3, which is then below 0.103,
-/// y^(-1/3) = t (1 - h)^(-1/3), whose series needs no division (Moroz, Samotyy, Walczyk and Cieslinski 2021,
+/// The bits of a double are nearly linear in its logarithm. Subtracting a third of them from a constant gives the bits
+/// of a first value t that is off by up to 3.5 %. With h = 1 - y t^3, which is then below 0.103, y^(-1/3) = t (1 -
+/// h)^(-1/3), whose series needs no division (Moroz, Samotyy, Walczyk and Cieslinski 2021,
 /// <https://doi.org/10.3390/en14041058>).
 #[inline(always)]
 pub(crate) fn inverse_cbrt(y: f64) -> f64 {
-    /// The constant from which a third of the bits is taken.
+    /// The constant from which a third of the bits is subtracted.
     const START: u64 = 0x553e_e94b_8525_f7bf;
-    /// 2^32/3. bits/3 = (upper half) (2^32/3): a product of 32-bit numbers, which SSE2 has packed; one of 64 it has not.
+    /// 2^32/3. bits/3 = (upper half) (2^32/3) is a product of 32-bit numbers, which SSE2 can vectorise; it cannot
+    /// vectorise one of 64-bit numbers.
     const THIRD: u64 = 0x5555_5555;
     let t = f64::from_bits(START.wrapping_sub((y.to_bits() >> 32).wrapping_mul(THIRD)));
-    // In this order the products lie between y and 1 in size and cannot overflow.
+    // In this order the products lie between y and 1 in size, so they cannot overflow.
     let h = 1.0 - y * t * t * t;
     // Terms to h^4 leave 0.125 h^5 < 1.5e-6 ...
     let t = t + t * (h * polynomial!(h, [1.0 / 3.0, 2.0 / 9.0, 14.0 / 81.0, 35.0 / 243.0]));
@@ -305,13 +306,13 @@ pub(crate) fn inverse_cbrt(y: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// `n` numbers that fill low..high evenly (multiples of the golden ratio, modulo 1) without being round.
+    /// `n` numbers spread evenly over low..high (multiples of the golden ratio, modulo 1), none of them round.
     fn spread(n: u32, low: f64, high: f64) -> impl Iterator<Item = f64> {
         (0..n).map(move |i| low + (high - low) * (f64::from(i) * 0.618_033_988_749_894_9).fract())
     }
 
-    /// The error in units in the last place of the expected value; 0 where both are the same, NaN included,
-    /// and infinite where only one is finite.
+    /// The error in units in the last place of the expected value; 0 if both are the same, including NaN, and infinite
+    /// if only one is finite.
     fn ulps(found: f64, expected: f64) -> f64 {
         if found == expected || (found.is_nan() && expected.is_nan()) {
             return 0.0;
@@ -320,7 +321,7 @@ mod tests {
         if error.is_nan() { f64::INFINITY } else { error }
     }
 
-    /// `f` stays within `bound` of the Rust port of musl's C library, whose own errors are below 1.
+    /// Asserts that `f` stays within `bound` of the Rust port of musl's C library, whose own errors are below 1.
     fn follows(
         what: &str,
         bound: f64,
@@ -341,7 +342,7 @@ mod tests {
         }
     }
 
-    /// About `at`, steps of 1e-14 never go against the function's direction, and none is a jump.
+    /// Asserts that around `at`, in steps of 1e-14, the function is monotonic and has no jump.
     fn joins(what: &str, f: impl Fn(f64) -> f64, at: f64, rising: bool) {
         let values: Vec<f64> = (-200..=200).map(|i| f(at * (1.0 + 1e-14 * f64::from(i)))).collect();
         for pair in values.windows(2) {
@@ -447,7 +448,7 @@ mod tests {
         for x in [std::f64::consts::SQRT_2 - 1.0, 1.0, 3.0] {
             joins("ln_1p", ln_1p, x, true);
         }
-        // What is too small to change 1 comes back unchanged.
+        // Arguments too small to change 1 are returned unchanged.
         assert!([0.0, 1e-17, -1e-17, 1e-300, f64::MIN_POSITIVE].into_iter().all(|x| ln_1p(x) == x));
         assert_eq!(ln_1p(-1.0), f64::NEG_INFINITY);
         assert_eq!(ln_1p(f64::INFINITY), f64::INFINITY);
@@ -523,10 +524,10 @@ mod tests {
         assert_eq!((erfc(-29.0), erfc(f64::NEG_INFINITY)), (2.0, 2.0));
         assert_eq!((erfcx(0.0), erfcx(f64::INFINITY)), (1.0, 0.0));
         assert!(erfc(f64::NAN).is_nan() && erfcx(f64::NAN).is_nan());
-        // Down into the subnormal numbers without a step up.
+        // Down into the subnormal numbers, without a step up.
         let fall: Vec<f64> = (0..=3000).map(|i| erfc(25.0 + 1e-3 * f64::from(i))).collect();
         assert!(fall.windows(2).all(|pair| pair[1] <= pair[0]));
-        // Where the polynomial's argument is cut off.
+        // At the point where the polynomial's argument is cut off.
         joins("erfcx", erfcx, 1e30, false);
     }
 

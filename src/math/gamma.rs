@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 
 /// ln Gamma(x) for x > 0.
 ///
-/// Stirling's series (Abramowitz and Stegun 1964, 6.1.41) at x + 12, from which the recurrence leads back.
+/// Computed by Stirling's series (Abramowitz and Stegun 1964, 6.1.41) at x + 12, and from there by the recurrence.
 pub fn ln_gamma<T: Scalar>(x: T) -> T {
-    /// How far the argument is moved up.
+    /// The number that is added to the argument.
     const STEPS: usize = 12;
-    /// Of the odd powers of 1/x in Stirling's series.
+    /// The coefficients of the odd powers of 1/x in Stirling's series.
     const COEFFICIENTS: [f64; 6] =
         [1.0 / 12.0, -1.0 / 360.0, 1.0 / 1260.0, -1.0 / 1680.0, 1.0 / 1188.0, -691.0 / 360_360.0];
     let product =

@@ -1,4 +1,4 @@
-//! Numbers: the scalar trait that every formula is written in, dual numbers, wide ones, counting ones, elementary functions,
+//! Numbers: the scalar trait that every formula uses, dual, wide and counting numbers, elementary functions, and
 //! quadrature.
 
 mod counted;
@@ -16,9 +16,9 @@ pub use quadrature::GaussLegendre;
 pub use scalar::{Real, Scalar};
 pub use wide::Wide;
 
-/// A count as a floating-point number.
+/// Converts a count to a floating-point number.
 ///
-/// Exact up to 2^53, far beyond any number of samples that fits in memory.
+/// The conversion is exact up to 2^53, far beyond any number of samples that fits in memory.
 #[must_use]
 #[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
 pub const fn count(n: usize) -> f64 {

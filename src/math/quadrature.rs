@@ -39,7 +39,8 @@ impl GaussLegendre {
     /// The integral of `f` from `lower` to `upper`. The limits may carry derivatives.
     pub fn integrate<T: Scalar>(&self, lower: T, upper: T, f: impl Fn(T) -> T) -> T {
         let width = upper - lower;
-        // From the lower limit, which often is 0 and where the nodes are dense: from the middle they would lose digits there.
+        // Summed from the lower limit, which is often 0 and near which the nodes are dense: measured from the middle
+        // they would lose digits there.
         self.nodes
             .iter()
             .map(|&(x, w)| f(lower + width.times(0.5 * (1.0 + x))).times(w))
@@ -47,7 +48,7 @@ impl GaussLegendre {
             * width.times(0.5)
     }
 
-    /// Shows every node and its weight in the integral from `lower` to `upper`.
+    /// Calls `f` with every node and its weight in the integral from `lower` to `upper`.
     pub fn for_each(&self, lower: f64, upper: f64, mut f: impl FnMut(f64, f64)) {
         let (half_width, middle) = (0.5 * (upper - lower), 0.5 * (upper + lower));
         self.nodes.iter().for_each(|&(x, w)| f(middle + half_width * x, w * half_width));

@@ -1,19 +1,19 @@
 //! The scalar that every formula is generic over.
 //!
-//! A formula is written once, for any [`Scalar`] `T`. It mixes two kinds of numbers: *parameters*
-//! (type `T`), which may carry derivatives, and *geometry* (type `T::Real`), which never does. The
-//! split keeps dual numbers from carrying zeros through arithmetic that cannot depend on a parameter.
+//! A formula is written once, for any [`Scalar`] `T`. It mixes two kinds of numbers: *parameters* (type `T`), which
+//! may carry derivatives, and *geometry* (type `T::Real`), which never does. This avoids carrying zero derivatives
+//! through arithmetic that cannot depend on a parameter.
 //!
-//! Formulas choose between two expressions with [`Scalar::if_less`] instead of `if`, so that the same
-//! text can later run on several samples at a time (lanes have no single truth value).
+//! Formulas choose between two expressions with [`Scalar::if_less`] instead of `if`, so that the same code can run on
+//! several samples at a time (lanes have no single truth value).
 
 use super::elementary;
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number that a parameter can be: `f64`, `f32`, a [`Dual`](super::Dual), or a foreign type under test.
+/// The type of a parameter: `f64`, `f32`, a [`Dual`](super::Dual), or a foreign type under test.
 ///
-/// `T` op `T::Real` is available for the four operations; the parameter stands on the left.
+/// The four operations are available for `T` op `T::Real`; the parameter is on the left.
 pub trait Scalar:
     Copy
     + Debug
@@ -33,7 +33,7 @@ pub trait Scalar:
     /// The plain number underneath, without derivatives.
     type Real: Real;
 
-    /// A constant: its derivatives are zero.
+    /// A constant, whose derivatives are zero.
     fn from_real(value: Self::Real) -> Self;
 
     /// The value without its derivatives.
@@ -51,7 +51,7 @@ pub trait Scalar:
     #[must_use]
     #[inline(always)]
     fn ln_1p(self) -> Self {
-        // A difference of 0 carries the derivative.
+        // self - at is 0, but carries the derivative.
         let at: Self::Real = self.value();
         let slope: Self::Real = at.plus(1.0).recip();
         (self - at) * slope + at.ln_1p()
@@ -61,7 +61,7 @@ pub trait Scalar:
     #[must_use]
     fn sqrt(self) -> Self;
 
-    /// Square roots of two positive numbers, the slopes of both for one division.
+    /// Square roots of two positive numbers, with the derivatives of both from a single division.
     #[inline(always)]
     #[must_use]
     fn sqrt_pair(a: Self, b: Self) -> (Self, Self) {
@@ -76,11 +76,11 @@ pub trait Scalar:
     #[must_use]
     fn erfc(self) -> Self;
 
-    /// `then` where `a < b`, else `otherwise` (also where either is NaN).
+    /// `then` if `a < b`, otherwise `otherwise` (also if either is NaN).
     #[must_use]
     fn if_less(a: Self::Real, b: Self::Real, then: Self, otherwise: Self) -> Self;
 
-    /// A literal.
+    /// A constant given as a literal.
     #[must_use]
     #[inline(always)]
     fn constant(value: f64) -> Self {
@@ -118,15 +118,14 @@ pub trait Scalar:
 
 /// A plain number: `f64` or `f32`.
 pub trait Real: Scalar<Real = Self> {
-    /// Stands for 0 where a logarithm, a root's slope or a quotient would be infinite: so small that even its fifth root
-    /// vanishes beside 1 in double precision, in single precision as small as the type has it.
+    /// A number that replaces 0 if a logarithm, the derivative of a root or a quotient would be infinite. In double
+    /// precision even its fifth root is negligible beside 1; in single precision it is as small as the type allows.
     const TINY: Self;
 
     /// The nearest representable number.
     fn literal(value: f64) -> Self;
 
-    /// ln(self + rest) for a positive normal number and a rest that is next to nothing beside it: what its own rounding
-    /// has left out.
+    /// ln(self + rest) for a positive normal number and a rest that is tiny beside it, such as its own rounding error.
     #[must_use]
     fn ln_of_sum(self, rest: Self) -> Self;
 
@@ -134,25 +133,25 @@ pub trait Real: Scalar<Real = Self> {
     #[must_use]
     fn atan2(self, x: Self) -> Self;
 
-    /// The whole part of a number that is not negative; 0 where it is, or is NaN.
+    /// The integer part of a number; 0 if it is negative or NaN.
     #[must_use]
     fn whole(self) -> usize;
 
-    /// The lesser of two numbers; `other` where either is NaN.
+    /// The lesser of two numbers; `other` if either is NaN.
     #[must_use]
     #[inline(always)]
     fn lesser(self, other: Self) -> Self {
         Self::if_less(self, other, self, other)
     }
 
-    /// The greater of two numbers; `self` where either is NaN.
+    /// The greater of two numbers; `self` if either is NaN.
     #[must_use]
     #[inline(always)]
     fn greater(self, other: Self) -> Self {
         Self::if_less(self, other, other, self)
     }
 
-    /// self^5 by three multiplications.
+    /// self^5, by three multiplications.
     #[must_use]
     #[inline(always)]
     fn fifth_power(self) -> Self {
@@ -162,9 +161,9 @@ pub trait Real: Scalar<Real = Self> {
     }
 }
 
-// A function that is not merged into the loop that calls it keeps the loop from being packed: hence
-// `inline(always)` here and in `dual.rs`. The smaller type has the functions of the larger one, which cost it no more
-// than a conversion.
+// A function that is not inlined into the loop that calls it prevents the loop from being vectorised, hence
+// `inline(always)` here and in `dual.rs`. The smaller type uses the functions of the larger one, which costs it no
+// more than a conversion.
 macro_rules! plain_number {
     ($float:ident, $tiny:literal) => {
         impl Scalar for $float {
@@ -247,7 +246,7 @@ plain_number!(f32, 1e-37);
 mod tests {
     use super::*;
 
-    // Computed in f64 and rounded once, the result is the nearest f32 or, rarely, its neighbour.
+    // The result is computed in f64 and rounded once, so it is the nearest f32 or, rarely, its neighbour.
     #[test]
     fn single_precision_is_rounded_once() {
         let close = |found: f32, exact: f64| {

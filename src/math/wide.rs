@@ -1,12 +1,13 @@
-//! Numbers of twice the digits of f64, to see how many of its digits a formula keeps.
+//! Numbers with twice the digits of f64, to find how many of its digits a formula keeps.
 //!
 //! A [`Wide`] is the unevaluated sum of two doubles, the second at most half a unit in the last place of the first
-//! (Dekker 1971, doi:10.1007/BF01397083; Joldes, Muller and Popescu 2017, doi:10.1145/3121432): about 32 digits in the range of
-//! f64. Every function holds at least 28 of them against mpmath (the tests below), 12 more than f64 has. Slow, and meant for
-//! checks only. An infinite number has no second part, so that 1/0 and overflow behave as with f64.
+//! (Dekker 1971, doi:10.1007/BF01397083; Joldes, Muller and Popescu 2017, doi:10.1145/3121432). It has about 32 digits
+//! in the range of f64. Every function keeps at least 28 of them against mpmath (the tests below), 12 more than f64
+//! has. It is slow and meant for checks only. An infinite number has no second part, so 1/0 and overflow behave as
+//! with f64.
 //!
-//! The library `twofloat` 0.8.4 has the same functions, but its quotients, exponentials and logarithms were found to hold
-//! 16, 11 and 12 digits only.
+//! The library `twofloat` 0.8.4 has the same functions, but its quotients, exponentials and logarithms were found to
+//! keep only 16, 11 and 12 digits.
 
 use super::elementary;
 use super::scalar::{Real, Scalar};
@@ -43,10 +44,10 @@ impl Wide {
         if self.high < 0.0 { -self } else { self }
     }
 
-    /// high + low, where low is much the smaller.
+    /// high + low, where low is much smaller than high.
     fn normalised(high: f64, low: f64) -> Self {
         let sum = high + low;
-        // Beyond the range of f64 there is no second part: infinity less infinity would be no number.
+        // Beyond the range of f64 there is no second part, because infinity minus infinity is NaN.
         if sum.is_finite() {
             Self { high: sum, low: low - (sum - high) }
         } else {
@@ -54,7 +55,8 @@ impl Wide {
         }
     }
 
-    /// self 2^power, exactly, by two factors: one alone may be out of range where the product is not.
+    /// self 2^power, exactly. It is applied as two factors, because a single one may be out of range even if the
+    /// product is not.
     fn scaled(self, power: i32) -> Self {
         let half = power / 2;
         let (a, b) = (2.0_f64.powi(half), 2.0_f64.powi(power - half));
@@ -63,7 +65,8 @@ impl Wide {
 
     /// e^self - 1 for |self| < 1, without cancellation.
     fn exp_m1(self) -> Self {
-        // Taylor's series at a sixteenth, whose eighteenth term is below 1e-37; then e^2x - 1 = (e^x - 1)(e^x + 1).
+        // Taylor's series at a sixteenth of the argument, whose eighteenth term is below 1e-37; then e^2x - 1 = (e^x -
+        // 1)(e^x + 1).
         let x = self.scaled(-4);
         let mut sum = ZERO;
         for k in (1..=18).rev() {
@@ -77,7 +80,7 @@ impl Wide {
         let turns = (self.high / HALF_PI.high).round();
         let x = self - HALF_PI * Self::literal(turns);
         let square: Self = x * x;
-        // Series up to x^33, x^32 for |x| <= pi/4: the next terms are below 1e-40.
+        // Series up to x^33 and x^32 for |x| <= pi/4: the next terms are below 1e-40.
         let (mut sin, mut cos) = (ONE, ONE);
         for k in (1..=16).rev() {
             let k = 2.0 * f64::from(k);
@@ -105,7 +108,7 @@ impl Add for Wide {
     type Output = Self;
     #[inline(never)]
     fn add(self, other: Self) -> Self {
-        // Knuth's two-sum of both parts: exact but for the rounding of what is left.
+        // Knuth's two-sum of both parts, exact except for the rounding of the remainder.
         let two_sum = |a: f64, b: f64| {
             let sum = a + b;
             let of_b = sum - a;
@@ -136,7 +139,7 @@ impl Mul for Wide {
         if !high.is_finite() {
             return Self { high, low: 0.0 };
         }
-        // The error of the product is exact with one rounding.
+        // The error of the product is exact, with a single rounding.
         let rest = self.high.mul_add(other.high, -high);
         Self::normalised(high, rest + (self.high * other.low + self.low * other.high))
     }
@@ -147,7 +150,7 @@ impl Div for Wide {
     #[inline(never)]
     fn div(self, other: Self) -> Self {
         let first = self.high / other.high;
-        // Nothing is left of a division by infinity, and nothing can be made of one by 0.
+        // Dividing by infinity leaves no remainder, and dividing by 0 leaves none that can be used.
         if !first.is_finite() || !other.high.is_finite() {
             return Self { high: first, low: 0.0 };
         }
@@ -169,7 +172,7 @@ impl Scalar for Wide {
     }
     #[inline(never)]
     fn exp(self) -> Self {
-        // Beyond these f64 has no number.
+        // Beyond these limits the result is out of the range of f64.
         if self.high > 710.0 || self.high.is_nan() {
             return Self { high: self.high.exp(), low: 0.0 };
         }
@@ -187,7 +190,7 @@ impl Scalar for Wide {
         if self.high <= 0.0 || !start.is_finite() {
             return Self { high: start, low: 0.0 };
         }
-        // x = 2^n y; Newton's method for ln(y) from all the digits that f64 has, on e^a - 1: its digits double.
+        // x = 2^n y; Newton's method for ln(y), on e^a - 1, starts from all the digits of f64 and doubles them.
         let powers = (start / LN_2.high).round();
         #[expect(clippy::cast_possible_truncation, reason = "between -1075 and 1025")]
         let y = self.scaled(-(powers as i32));
@@ -215,8 +218,8 @@ impl Scalar for Wide {
         let of_abs = if x.high > 27.3 || x.high.is_nan() {
             Self::literal(elementary::erfc(x.high))
         } else if x.high < 3.0 {
-            // erf = 2/sqrt(pi) exp(-x^2) sum 2^n x^(2n+1)/(2n+1)!! (Abramowitz and Stegun 1964, 7.1.6): 1 - erf
-            // costs five digits at most.
+            // erf = 2/sqrt(pi) exp(-x^2) sum 2^n x^(2n+1)/(2n+1)!! (Abramowitz and Stegun 1964, 7.1.6); 1 - erf loses
+            // five digits at most.
             let square: Self = x * x;
             let sum =
                 (1..=90).rev().fold(ONE, |sum, n| ONE + sum * square / Self::literal(f64::from(n) + 0.5));
@@ -258,7 +261,7 @@ impl Real for Wide {
         if radius.high == 0.0 || !radius.high.is_finite() {
             return Self::literal(start);
         }
-        // The angle that is left over, of which the sine is known to its own digits.
+        // The remaining angle, whose sine is known to all its digits.
         let start = Self::literal(start);
         let (sin, cos) = start.sin_cos();
         start + (self * cos - x * sin) / radius
@@ -269,7 +272,7 @@ impl Real for Wide {
         reason = "rounding down and saturating is what the function is for"
     )]
     fn whole(self) -> usize {
-        // A whole number that the second part is below.
+        // The first part is an integer, and the second part may be below it.
         let whole = self.high.floor();
         (if whole >= self.high && self.low < 0.0 { whole - 1.0 } else { whole }) as usize
     }
@@ -280,13 +283,13 @@ impl Real for Wide {
 mod tests {
     use super::*;
 
-    /// |found/exact - 1|, the exact value as a sum of two doubles.
+    /// |found/exact - 1|, with the exact value as a sum of two doubles.
     fn error(found: Wide, exact: (f64, f64)) -> f64 {
         let exact = Wide::normalised(exact.0, exact.1);
         ((found - exact) / exact).rounded().abs()
     }
 
-    /// Values of mpmath at 90 digits, each rounded to the sum of two doubles.
+    /// Values by mpmath at 90 digits, each rounded to the sum of two doubles.
     #[test]
     fn twenty_eight_digits() {
         type Case = (f64, f64, f64);
@@ -350,7 +353,7 @@ mod tests {
                     (100.0, -0.5063656411097588, -3.050947053792115e-18),
                 ],
             ),
-            // Between 2 and 3 the difference from 1 costs five digits of the 32.
+            // Between 2 and 3, the subtraction from 1 loses five of the 32 digits.
             (
                 "erfc",
                 Scalar::erfc,
@@ -386,7 +389,7 @@ mod tests {
         }
     }
 
-    /// Laws that hold whatever the arguments, to the last digits.
+    /// Identities that hold for any argument, to the last digits.
     #[test]
     fn arithmetic() {
         for i in 1..400 {

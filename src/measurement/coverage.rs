@@ -1,4 +1,4 @@
-//! What a measurement covers: `brdfit info`.
+//! What a measurement covers, for `brdfit info`.
 
 use super::Measurement;
 use crate::geometry::{Directions, Geometry, spherical_degrees};
@@ -6,32 +6,32 @@ use crate::math::count;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// A summary of where and what was measured.
+/// A summary of the directions and values of a measurement.
 #[derive(Clone, Debug)]
 pub struct Coverage {
-    /// Smallest and largest angle of incidence, degrees.
+    /// Smallest and largest angle of incidence, in degrees.
     pub theta_i_deg: (f64, f64),
-    /// Smallest and largest viewing angle, degrees.
+    /// Smallest and largest viewing angle, in degrees.
     pub theta_o_deg: (f64, f64),
-    /// Smallest and largest polar angle of the half vector, degrees.
+    /// Smallest and largest polar angle of the half vector, in degrees.
     pub theta_h_deg: (f64, f64),
-    /// Different angles of incidence, to 0.01 degrees; scattered data only.
+    /// Number of different angles of incidence, to 0.01 degrees; `None` for grids.
     pub incidence_angles: Option<usize>,
     /// Whether wi, n and wo lie in one plane, to 0.1 degrees, for every sample.
     pub in_plane: bool,
-    /// Smallest and largest value per channel, 1/sr.
+    /// Smallest and largest value of each channel, in 1/sr.
     pub range: Vec<(f64, f64)>,
-    /// Values below zero per channel.
+    /// Number of values below zero in each channel.
     pub negative: Vec<usize>,
-    /// Root mean square of f(wi, wo) - f(wo, wi), relative to that of f, over the pairs that were measured
-    /// both ways, and their number. A MERL-style table stores each such pair once.
+    /// Root mean square of f(wi, wo) - f(wo, wi), relative to that of f, over the pairs that were measured both ways,
+    /// and the number of those pairs. A MERL-style table stores each such pair once.
     pub reciprocity: Option<(f64, usize)>,
-    /// Directional albedo per channel: int f cos(theta_o) dwo, averaged over theta_i within
-    /// `ALBEDO_LIMIT_DEG`; grids only. Cells that were not measured are filled with the mean of the others.
+    /// Directional albedo of each channel: int f cos(theta_o) dwo, averaged over theta_i up to `ALBEDO_LIMIT_DEG`;
+    /// `None` unless the data are a grid. Cells that were not measured are filled with the mean of the others.
     pub albedo: Option<Vec<f64>>,
 }
 
-/// Incidence up to which the albedo is averaged, degrees.
+/// Angle of incidence up to which the albedo is averaged, in degrees.
 pub const ALBEDO_LIMIT_DEG: f64 = 60.0;
 
 /// Summarises a measurement.
@@ -80,16 +80,16 @@ pub fn coverage(measurement: &Measurement) -> Coverage {
     }
 }
 
-/// `value` in whole steps.
+/// `value` as a whole number of steps.
 #[expect(clippy::cast_possible_truncation, reason = "angles and unit vectors in small steps fit easily")]
 fn rounded(value: f64, step: f64) -> i64 {
     (value / step).round() as i64
 }
 
-/// Compares the samples whose swapped directions were measured as well, to half a degree.
+/// Compares the samples whose exchanged directions were measured as well, to half a degree.
 fn reciprocity(measurement: &Measurement) -> Option<(f64, usize)> {
     let Directions::Scattered(pairs) = &measurement.directions else { return None };
-    // Isotropic data are compared by the angles that a rotation about the normal leaves alone.
+    // Isotropic data are compared by the angles that do not change under rotation about the normal.
     let key = |a: DVec3, b: DVec3| {
         let step = 0.5_f64.to_radians();
         let turn = (a.x * b.y - a.y * b.x).abs().atan2(a.x * b.x + a.y * b.y);
@@ -103,7 +103,7 @@ fn reciprocity(measurement: &Measurement) -> Option<(f64, usize)> {
     let (mut difference, mut scale, mut matches) = (0.0, 0.0, 0);
     for (index, pair) in pairs.iter().enumerate() {
         let Some(&other) = first.get(&key(pair.wo, pair.wi)) else { continue };
-        // Each pair once, and no sample with itself.
+        // Take each pair once, and compare no sample with itself.
         if other <= index {
             continue;
         }
@@ -118,8 +118,8 @@ fn reciprocity(measurement: &Measurement) -> Option<(f64, usize)> {
     (matches > 0 && scale > 0.0).then(|| ((difference / scale).sqrt(), matches))
 }
 
-/// int f co dwo by the solid angles of the grid's cells, averaged over the incident directions weighted
-/// by solid angle. The cosine-weighted mean of f over both hemispheres within the limit, times pi.
+/// int f co dwo by the solid angles of the grid's cells, averaged over the incident directions weighted by solid
+/// angle. This is the cosine-weighted mean of f over both hemispheres within the limit, times pi.
 fn albedo(measurement: &Measurement) -> Option<Vec<f64>> {
     let Directions::Grid { grid, cells } = &measurement.directions else { return None };
     let limit = ALBEDO_LIMIT_DEG.to_radians().cos();
@@ -140,7 +140,7 @@ fn albedo(measurement: &Measurement) -> Option<Vec<f64>> {
 }
 
 impl Coverage {
-    /// The share of values below zero, all channels together.
+    /// The fraction of values below zero, all channels together.
     #[must_use]
     pub fn negative_share(&self, samples: usize) -> f64 {
         count(self.negative.iter().sum::<usize>()) / count((samples * self.negative.len()).max(1))

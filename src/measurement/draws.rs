@@ -1,4 +1,4 @@
-//! Parts of the samples, drawn to stand for all of them.
+//! Draws part of the samples, such that it represents all of them.
 
 use super::Samples;
 use crate::geometry::{Directions, Pair};
@@ -8,27 +8,27 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
-/// Draws parts of some samples. The first draw puts scattered samples in order; further ones cost little more
-/// than the part itself.
+/// Draws parts of a set of samples. The first draw sorts scattered samples; further draws cost little more than the
+/// part itself.
 #[derive(Debug)]
 pub struct Draws<'a> {
     samples: &'a Samples,
-    /// Scattered samples by the half vector's angle to the normal.
+    /// Indices of scattered samples, sorted by the half vector's angle to the normal.
     order: OnceLock<Vec<u32>>,
 }
 
 impl<'a> Draws<'a> {
-    /// Draws from `samples`.
+    /// Prepares draws from `samples`.
     #[must_use]
     pub fn new(samples: &'a Samples) -> Self {
         Self { samples, order: OnceLock::new() }
     }
 
-    /// About `wanted` of the samples, weighted to stand for all of them; all if there are no more.
+    /// About `wanted` of the samples, weighted to represent all of them; all samples if there are no more than that.
     ///
-    /// Sorted by the half vector's angle to the normal, they are divided into stretches that grow with
-    /// that angle, and one is drawn from each with the weight of the stretch: a sharp peak, which may be
-    /// a handful of samples among thousands, keeps all of them.
+    /// The samples are sorted by the half vector's angle to the normal and divided into stretches that grow with that
+    /// angle. One sample is drawn from each stretch and gets the weight of the stretch. A sharp peak, which may
+    /// consist of a handful of samples among thousands, keeps all of them.
     #[must_use]
     pub fn part(&self, wanted: usize, seed: u64) -> Samples {
         let all = self.samples.len();
@@ -36,7 +36,7 @@ impl<'a> Draws<'a> {
             return self.samples.clone();
         }
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
-        // The end of stretch k, n ((k + 1)/wanted)^2, in whole numbers.
+        // The end of stretch k, n ((k + 1)/wanted)^2, in integers.
         let square = |k: usize| (all as u128 * (k as u128).pow(2)) / (wanted as u128).pow(2);
         let end = |k: usize| usize::try_from(square(k)).unwrap_or(usize::MAX);
         let mut chosen: Vec<(usize, usize)> = Vec::with_capacity(wanted);
@@ -59,10 +59,10 @@ impl<'a> Draws<'a> {
         part
     }
 
-    /// The sample at a place of the order.
+    /// The sample at a position in the order.
     fn at_place(&self, place: usize) -> Option<usize> {
         match &self.samples.directions {
-            // Cells are numbered by theta_h to begin with.
+            // Cells are already numbered in the order of theta_h.
             Directions::Grid { .. } => Some(place),
             Directions::Scattered(pairs) => {
                 let order = self.order.get_or_init(|| by_half_angle(pairs));
@@ -72,13 +72,13 @@ impl<'a> Draws<'a> {
     }
 }
 
-/// The indices of pairs of directions, by the half vector's angle to the normal and then by their own order.
+/// The indices of pairs of directions, sorted by the half vector's angle to the normal and then by index.
 fn by_half_angle(pairs: &[Pair]) -> Vec<u32> {
-    // Four thousand million pairs would take 200 GB.
+    // Four thousand million pairs would take 200 GB, so the indices do not overflow.
     let numbered = pairs.par_iter().zip(0..u32::MAX);
     let mut order: Vec<(f64, u32)> =
         numbered.map(|(pair, index)| (pair.geometry().sin2_h(), index)).collect();
-    // No two are equal, so that the result does not depend on the threads.
+    // No two entries are equal, so the result does not depend on the threads.
     order.par_sort_unstable_by(|(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
     order.par_iter().map(|(_, index)| *index).collect()
 }
@@ -90,7 +90,7 @@ mod tests {
     use crate::synthetic::scattered_directions;
     use std::collections::BTreeMap;
 
-    /// Scattered samples that can be told apart by their values, and a second lot in the same directions.
+    /// Scattered samples that have distinct values, and as many more in the same directions.
     fn samples() -> Samples {
         let mut pairs = scattered_directions(3000, 80.0, 1);
         pairs.extend_from_within(..);

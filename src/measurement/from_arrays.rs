@@ -1,4 +1,4 @@
-//! A measurement from arrays in memory.
+//! Creates a measurement from arrays in memory.
 
 use super::{Channel, Measurement, Source};
 use crate::error::{Error, excerpt};
@@ -6,8 +6,8 @@ use crate::geometry::Directions;
 use std::collections::BTreeMap;
 
 impl Measurement {
-    /// A measurement of `directions`, from the name and the values of each channel: f in 1/sr, one per pair of directions. A
-    /// name that is a number, alone or followed by `nm`, is taken for a wavelength in nanometres.
+    /// Creates a measurement of `directions` from the name and the values of each channel: f in 1/sr, one value per
+    /// pair of directions. A name that is a number, alone or followed by `nm`, is taken as a wavelength in nanometres.
     ///
     /// ```
     /// use brdfit::{Directions, Measurement};
@@ -20,9 +20,8 @@ impl Measurement {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Invalid`] without a channel, for a name that is empty or has control characters, for two channels
-    /// of the same name, for another number of values than of
-    /// directions, and for a value that is not finite.
+    /// [`Error::Invalid`] if there is no channel, if a name is empty or has control characters, if two channels have
+    /// the same name, if the number of values differs from the number of directions, or if a value is not finite.
     pub fn new<Name: AsRef<str>>(
         directions: Directions,
         channels: impl IntoIterator<Item = (Name, Vec<f64>)>,
@@ -53,11 +52,13 @@ impl Measurement {
         Ok(measurement)
     }
 
-    /// The same measurement with the standard deviation of every value, 1/sr: an array per channel, in the order of the
-    /// channels. [`Weighting::Sigma`](super::Weighting::Sigma) weights samples by them, which are then above 0.
+    /// The same measurement with the standard deviation of every value in 1/sr: one array per channel, in the order of
+    /// the channels. [`Weighting::Sigma`](super::Weighting::Sigma) weights samples by them, and requires that they are
+    /// above 0.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for another number of channels or of deviations, and for one that is negative or not finite.
+    /// [`Error::Invalid`] if the number of channels or of standard deviations is wrong, or if one is negative or not
+    /// finite.
     pub fn with_sigma(self, sigma: Vec<Vec<f64>>) -> Result<Self, Error> {
         let measurement = Self { sigma: Some(sigma), ..self };
         measurement.check_lengths()?;
@@ -67,14 +68,15 @@ impl Measurement {
         Ok(measurement)
     }
 
-    /// The same measurement under a name that reports and messages call it by. A file is called by its path.
+    /// The same measurement under another name for reports and messages. The name of a file is its path.
     #[must_use]
     pub fn named(mut self, name: &str) -> Self {
         self.source.path = name.into();
         self
     }
 
-    /// Checks that there is a channel, and that all have a value, and a standard deviation if any, per pair of directions.
+    /// Checks that there is a channel, and that every channel has one value, and one standard deviation if any, per
+    /// pair of directions.
     pub(super) fn check_lengths(&self) -> Result<(), Error> {
         let (channels, samples) = (self.channels.len(), self.directions.len());
         if channels == 0 {
@@ -98,7 +100,7 @@ impl Measurement {
         Ok(())
     }
 
-    /// Checks that numbers of every channel are finite and not below `least`.
+    /// Checks that the numbers of every channel are finite and not below `least`.
     fn check_values(&self, rows: &[Vec<f64>], what: &str, least: f64) -> Result<(), Error> {
         let range = if least.is_finite() { format!(" of at least {least}") } else { String::new() };
         for (row, channel) in rows.iter().zip(&self.channels) {

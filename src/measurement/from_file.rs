@@ -1,4 +1,4 @@
-//! A measurement from a file.
+//! Reads a measurement from a file.
 
 use super::Measurement;
 use super::formats::{ReadOptions, read};
@@ -6,12 +6,12 @@ use crate::error::Error;
 use std::path::Path;
 
 impl Measurement {
-    /// Reads a file in any of the formats that are known: MERL tables, text tables of the Cornell gonioreflectometer, CSV. The
-    /// format is recognised by the content. [`formats::read`](super::formats::read) can be told one.
+    /// Reads a file in any of the known formats: MERL tables, text tables of the Cornell gonioreflectometer, CSV. The
+    /// format is recognised by the content; [`formats::read`](super::formats::read) can be given one instead.
     ///
     /// # Errors
-    /// [`Error::Io`] if the file cannot be read; [`Error::Malformed`], which says where, if it is of no known format or does not
-    /// hold what its format says.
+    /// [`Error::Io`] if the file cannot be read; [`Error::Malformed`], which says where, if it is not in a known
+    /// format or does not contain what its format requires.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         read(path.as_ref(), None, &ReadOptions::default())
     }

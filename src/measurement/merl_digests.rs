@@ -1,13 +1,13 @@
-//! The SHA-256 of the hundred files of the MERL database, so that a genuine file can be told from a
-//! damaged, converted or synthetic one.
+//! The SHA-256 of each of the hundred files of the MERL database, to distinguish genuine files from damaged, converted
+//! or synthetic ones.
 
-/// The material whose genuine MERL file has this SHA-256 (hexadecimal, lower case).
+/// The material whose genuine MERL file has this SHA-256 (hexadecimal, lower case); `None` if there is none.
 #[must_use]
 pub fn material(sha256: &str) -> Option<&'static str> {
     DIGESTS.iter().find(|(digest, _)| *digest == sha256).map(|(_, name)| *name)
 }
 
-/// Digest and material.
+/// Digests and their materials.
 #[rustfmt::skip]
 const DIGESTS: &[(&str, &str)] = &[
     ("0205cb97485a79a6c3bc358c63d9a84dd62e275a498a7384cdf763312bf8f2ab", "orange-paint"),

@@ -1,4 +1,4 @@
-//! Measured reflectance: what a file held, which samples are usable, and how they are weighted.
+//! Measured reflectance: the contents of a file, which samples are usable, and how they are weighted.
 
 mod coverage;
 mod draws;
@@ -30,14 +30,14 @@ use std::path::PathBuf;
 pub struct Channel {
     /// Name in reports; the wavelength in nm for spectral data.
     pub name: String,
-    /// Wavelength, nanometres, where the file gives one.
+    /// Wavelength in nanometres; `None` if the file gives none.
     pub wavelength_nm: Option<f64>,
 }
 
 impl Channel {
-    /// A channel without a wavelength, unless the name is one.
+    /// A channel without a wavelength, unless its name is one.
     ///
-    /// A number, alone or followed by `nm`, is taken for a wavelength in nanometres.
+    /// A name that is a number, alone or followed by `nm`, is taken as a wavelength in nanometres.
     #[must_use]
     pub fn named(name: &str) -> Self {
         let number = name.strip_suffix("nm").unwrap_or(name).trim();
@@ -55,25 +55,25 @@ impl Channel {
     }
 }
 
-/// Where a measurement came from.
+/// The origin of a measurement.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Source {
-    /// The file as the user named it.
+    /// The path of the file as the user wrote it.
     pub path: PathBuf,
     /// Name of its format.
     pub format: &'static str,
-    /// SHA-256 of its bytes, hexadecimal.
+    /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
 }
 
-/// A doubt whether a file means what it says.
+/// A reason to doubt that a file means what it says.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Doubt {
     /// All directions are so close to the normal that the angles may be in radians.
     SuspiciousAngles {
-        /// The largest angle to the normal, degrees.
+        /// The largest angle to the normal, in degrees.
         steepest_deg: f64,
     },
 }
@@ -89,31 +89,31 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// A measured BRDF: from arrays by [`Measurement::new`], from a file by [`Measurement::read`].
+/// A measured BRDF, created from arrays by [`Measurement::new`] or from a file by [`Measurement::read`].
 ///
-/// Values are f in 1/sr, per channel and sample, with `NaN` nowhere: cells that a table marks as invalid
-/// are counted in `dropped` and left out.
+/// Values are f in 1/sr, by channel and sample, and none is NaN: cells that a table marks as invalid are counted in
+/// `dropped` and left out.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Measurement {
-    /// Where it came from.
+    /// Where the measurement came from.
     pub source: Source,
     /// The channels, at least one.
     pub channels: Vec<Channel>,
-    /// Directions per sample.
+    /// The directions of each sample.
     pub directions: Directions,
-    /// f per channel, per sample, 1/sr.
+    /// f in 1/sr, by channel and sample.
     pub values: Vec<Vec<f64>>,
-    /// Standard deviation of f per channel, per sample, 1/sr, where the file gives one.
+    /// Standard deviation of f in 1/sr, by channel and sample; `None` if the file gives none.
     pub sigma: Option<Vec<Vec<f64>>>,
-    /// Samples left out when reading, by reason.
+    /// Number of samples left out when reading, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
-    /// Doubts of the reader about the file.
+    /// Reasons of the reader to doubt the file.
     pub doubts: Vec<Doubt>,
 }
 
 impl Measurement {
-    /// Samples in the file, usable or not.
+    /// The number of samples in the file, usable or not.
     #[must_use]
     pub fn total(&self) -> usize {
         self.directions.len() + self.dropped.values().sum::<usize>()

@@ -10,13 +10,13 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// How samples are weighted against each other.
+/// How samples are weighted relative to each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Weighting {
     /// By the solid angle that a grid cell stands for.
     SolidAngle,
-    /// All alike.
+    /// All the same.
     Uniform,
     /// By the standard deviation that the file gives for each value.
     Sigma,
@@ -34,41 +34,42 @@ impl Weighting {
     }
 }
 
-/// Which samples count, and how much. The defaults are those of the command line; each `with_` method changes one of them.
+/// Which samples are fitted, and with what weights. The defaults are those of the command line; each `with_` method
+/// changes one of them.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Filters {
-    /// Largest angle of incidence and of viewing, degrees, inclusive.
+    /// Largest angle of incidence and viewing, in degrees, inclusive.
     pub max_theta_deg: f64,
-    /// Weights; by default solid-angle on grids and uniform elsewhere.
+    /// How samples are weighted; `None` for solid-angle on grids and uniform otherwise.
     pub weighting: Option<Weighting>,
-    /// How many samples are used, drawn evenly over the measure. `None` means all.
+    /// Number of samples to use, drawn evenly over the measure; `None` for all.
     pub samples: Option<usize>,
     /// Seed of the draw.
     pub seed: u64,
 }
 
 impl Filters {
-    /// Leaves out directions whose angle of incidence or of viewing is larger: more than 0 and at most 90 degrees, by default
-    /// 80. Most instruments are unreliable beyond.
+    /// Leaves out directions whose angle of incidence or viewing is larger than this: more than 0 and at most 90
+    /// degrees. The default is 80; most instruments are unreliable beyond it.
     #[must_use]
     pub fn with_max_theta_deg(self, max_theta_deg: f64) -> Self {
         Self { max_theta_deg, ..self }
     }
 
-    /// Weights the samples in this way; by default by solid angle on a half/difference grid, uniformly elsewhere.
+    /// Sets how samples are weighted; by default by solid angle on a half/difference grid and uniformly otherwise.
     #[must_use]
     pub fn with_weighting(self, weighting: Weighting) -> Self {
         Self { weighting: Some(weighting), ..self }
     }
 
-    /// Uses this many samples at most, drawn evenly; by default all.
+    /// Uses at most this many samples, drawn evenly; by default all.
     #[must_use]
     pub fn with_samples(self, samples: usize) -> Self {
         Self { samples: Some(samples), ..self }
     }
 
-    /// Draws samples from this seed, which is 0 by default.
+    /// Sets the seed of the draw, 0 by default.
     #[must_use]
     pub fn with_seed(self, seed: u64) -> Self {
         Self { seed, ..self }
@@ -84,29 +85,29 @@ impl Default for Filters {
 /// The samples of a measurement that passed the filters.
 #[derive(Clone, Debug)]
 pub struct Samples {
-    /// Directions per sample.
+    /// The directions of each sample.
     pub directions: Directions,
-    /// f per channel, per sample, 1/sr.
+    /// f in 1/sr, by channel and sample.
     pub values: Vec<Vec<f64>>,
-    /// Standard deviation of f, where weights are by sigma.
+    /// Standard deviation of f, by channel and sample; `None` unless weights are by sigma.
     pub sigma: Option<Vec<Vec<f64>>>,
-    /// Weight per sample, beside any from `sigma`; 1 on average.
+    /// The weight of each sample, apart from those that `sigma` gives; 1 on average.
     pub weights: Vec<f64>,
-    /// How the weights came about.
+    /// How the weights were chosen.
     pub weighting: Weighting,
-    /// Samples left out, by reason, in reading or here.
+    /// Number of samples left out, in reading or here, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
 }
 
-/// Room for the rounding of angles that files give in radians or with few digits.
+/// Tolerance in degrees for angles that files give in radians or with few digits.
 const ANGLE_TOLERANCE_DEG: f64 = 1e-9;
 
 impl Samples {
-    /// The samples of `measurement` that pass `filters`.
+    /// Selects the samples of `measurement` that pass `filters`.
     ///
     /// # Errors
-    /// [`Error::NoSamples`] if none does; [`Error::Unmet`] for weights that the data cannot give, [`Error::Invalid`] for a measurement whose
-    /// channels have another number of values than there are directions.
+    /// [`Error::NoSamples`] if none does; [`Error::Unmet`] for weights that the data cannot give; [`Error::Invalid`]
+    /// for a measurement in which a channel does not have one value per pair of directions.
     pub fn select(measurement: &Measurement, filters: &Filters) -> Result<Self, Error> {
         measurement.check_lengths()?;
         let grid = measurement.directions.is_grid();
@@ -115,7 +116,7 @@ impl Samples {
         let mut dropped = measurement.dropped.clone();
         let cos_limit = (filters.max_theta_deg + ANGLE_TOLERANCE_DEG).to_radians().cos();
         let within = |cos: f64, sin2: f64| {
-            // The cosine settles all but the directions at the limit, where acos has no digits to spare.
+            // The cosine decides for all directions except those at the limit, where acos has no digits to spare.
             let slack = 1e-6;
             (cos > cos_limit + slack)
                 || (cos > cos_limit - slack
@@ -148,8 +149,8 @@ impl Samples {
             });
         }
 
-        // All threads fill the rows, but one makes them: an allocator with memory for each thread, as glibc's,
-        // would otherwise keep some of it for every thread that ever made a large vector.
+        // All threads fill the rows, but one allocates them: an allocator with memory for each thread, such as
+        // glibc's, would otherwise keep some of it for every thread that ever allocated a large vector.
         let room = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
             rows.iter().map(|_| Vec::with_capacity(left)).collect()
         };
@@ -175,7 +176,7 @@ impl Samples {
                     (Directions::Grid { cells: to, .. }, Directions::Grid { cells, .. }) => {
                         add_kept(cells, &keep, to);
                     }
-                    // The one was made after the other.
+                    // `directions` was created with the same kind.
                     (Directions::Scattered(_), Directions::Grid { .. })
                     | (Directions::Grid { .. }, Directions::Scattered(_)) => {}
                 }
@@ -186,13 +187,13 @@ impl Samples {
         Ok(Self { values, directions, sigma, weights, weighting, dropped })
     }
 
-    /// How many samples there are.
+    /// The number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.directions.len()
     }
 
-    /// Whether there is no sample.
+    /// Whether there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.directions.is_empty()
@@ -213,12 +214,12 @@ impl Samples {
     }
 }
 
-/// Adds the elements that `keep` says yes to, for which there is room.
+/// Appends the elements for which `keep` is true to `to`, which has room for them.
 fn add_kept<T: Copy>(from: &[T], keep: &[bool], to: &mut Vec<T>) {
     to.extend(from.iter().zip(keep).filter(|(_, keep)| **keep).map(|(element, _)| *element));
 }
 
-/// Puts in the weights of samples beside any from `sigma`: 1 on average.
+/// Appends the weights of the samples, apart from those that `sigma` gives; 1 on average.
 fn add_weights(directions: &Directions, weighting: Weighting, weights: &mut Vec<f64>) {
     match (weighting, directions) {
         (Weighting::SolidAngle, Directions::Grid { grid, cells }) => {
@@ -230,11 +231,11 @@ fn add_weights(directions: &Directions, weighting: Weighting, weights: &mut Vec<
     weights.iter_mut().for_each(|w| *w /= mean);
 }
 
-/// Leaves `wanted` of the `many` samples that `keep` says yes to, one drawn from each of as many equal
-/// stretches: neighbours in a file are neighbours in direction, so every region keeps its share.
+/// Keeps `wanted` of the `many` samples for which `keep` is true, one drawn from each of `wanted` equal stretches.
+/// Neighbours in a file are neighbours in direction, so every region keeps its share.
 ///
-/// Files that list their samples in a regular pattern cannot alias with the stretches, because the draw
-/// within each is random; scattered files are shuffled by their author or not, and lose nothing.
+/// Files that list their samples in a regular pattern cannot alias with the stretches, because the draw within each is
+/// random. Scattered files lose nothing, whether their author shuffled them or not.
 fn stratify(keep: &mut [bool], many: usize, wanted: usize, seed: u64) {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut draws = (0..wanted).map(|stretch| {
@@ -251,7 +252,7 @@ fn stratify(keep: &mut [bool], many: usize, wanted: usize, seed: u64) {
     }
 }
 
-/// The standard deviations of a file that gives positive ones.
+/// The standard deviations of a file, if it gives positive ones.
 fn usable_sigma(measurement: &Measurement) -> Result<&Vec<Vec<f64>>, Error> {
     let unmet = |expected: &str, found: String| Error::Unmet {
         path: measurement.source.path.clone(),

@@ -1,7 +1,7 @@
-//! The parameters of an expression for given channels, and what a user wants of them.
+//! The parameters of an expression for given channels, and the user's constraints on them.
 
-// Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
-// number. What users write is read by `selector` and `settings`, which never index.
+// Lengths are checked once, at the head of a function: a wrong index is a mistake in the code and must not go
+// unnoticed. What users write is read by `selector` and `settings`, which never index.
 #![allow(clippy::indexing_slicing)]
 
 mod order;

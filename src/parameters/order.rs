@@ -1,17 +1,17 @@
-//! The order of lobes that could be exchanged for each other.
+//! The order of lobes that are interchangeable.
 
 use super::row::{ParameterRow, Status};
 use super::table::ParameterTable;
 use crate::model::Sharper;
 
 impl ParameterTable {
-    /// Puts lobes of one kind in order, the sharpest first; returns whether any moved.
+    /// Puts lobes of one kind in order, the sharpest first, and returns whether any moved.
     ///
-    /// Their sum does not depend on which is which. Only lobes that are alike in everything but their
-    /// values are exchanged: one with a value or a bound of its own from the user keeps its place.
+    /// Their sum does not depend on their order. Only lobes that differ in nothing but their values are exchanged: a
+    /// lobe with a value or a bound of its own from the user keeps its place.
     pub fn sort_lobes(&mut self) -> bool {
         let mut moved = false;
-        // Every exchange takes one pair out of disorder and brings none into it.
+        // Every exchange puts one pair in order and no pair out of order.
         while let Some((a, b)) = self.disorder() {
             let rows = |lobe: usize| self.places[lobe].concat();
             for (i, j) in rows(a).into_iter().zip(rows(b)) {
@@ -23,24 +23,24 @@ impl ParameterTable {
         moved
     }
 
-    /// Whether lobes of one kind stand in order, the sharpest first.
+    /// Whether lobes of one kind are in order, the sharpest first.
     #[must_use]
     pub fn is_sorted(&self) -> bool {
         self.disorder().is_none()
     }
 
-    /// Whether some lobes could change places without changing the model.
+    /// Whether some lobes could be exchanged without changing the model.
     #[must_use]
     pub fn has_exchangeable_lobes(&self) -> bool {
         self.pairs().any(|(a, b)| self.exchangeable(a, b))
     }
 
-    /// Two lobes of one kind of which the sharper one comes second.
+    /// Two lobes of one kind of which the sharper one comes second; `None` if there are none.
     fn disorder(&self) -> Option<(usize, usize)> {
         self.pairs().find(|(a, b)| self.out_of_order(*a, *b))
     }
 
-    /// All pairs of lobes, as written.
+    /// All pairs of lobes, in the order in which they are written.
     fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let count = self.lobes.len();
         (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
@@ -54,7 +54,7 @@ impl ParameterTable {
         (self.rows[j].value, self.rows[j].initial) = first;
     }
 
-    /// Whether lobe `b` is the sharper one of two that may be exchanged.
+    /// Whether lobes `a` and `b` may be exchanged and `b` is the sharper one.
     fn out_of_order(&self, a: usize, b: usize) -> bool {
         if !self.exchangeable(a, b) {
             return false;
@@ -70,7 +70,7 @@ impl ParameterTable {
         }
     }
 
-    /// Whether two lobes are of one kind and the user has not told them apart.
+    /// Whether two lobes are of one kind and the user's constraints do not distinguish them.
     fn exchangeable(&self, a: usize, b: usize) -> bool {
         if self.kinds[a] != self.kinds[b] {
             return false;
@@ -82,7 +82,7 @@ impl ParameterTable {
             let same_role = match (x.status, y.status) {
                 (Status::Free, Status::Free) => true,
                 (Status::Fixed, Status::Fixed) => x.value == y.value,
-                // Tied to each other, or each to the same parameter of its own lobe or of a third.
+                // Tied to each other, or each tied to the same parameter of its own lobe or of a third one.
                 (Status::Tied(t), _) if t == j => true,
                 (_, Status::Tied(t)) if t == i => true,
                 (Status::Tied(s), Status::Tied(t)) => {

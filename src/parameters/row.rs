@@ -3,38 +3,38 @@
 use crate::model::{ParamSpec, Scale};
 use serde::Serialize;
 
-/// What the fit does with a parameter.
+/// How the fit treats a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// It is fitted.
     Free,
     /// It keeps its value.
     Fixed,
-    /// It follows the parameter in another row.
+    /// It is kept equal to the parameter in another row.
     Tied(usize),
 }
 
-/// A parameter as reports show it.
+/// A parameter as it is written to reports.
 #[derive(Clone, Debug, Serialize)]
 pub struct ParameterValue {
     /// Full name.
     pub name: String,
-    /// In `unit`.
+    /// Its value, in `unit`.
     pub value: f64,
     /// Its unit.
     pub unit: &'static str,
 }
 
-/// A row of the parameter table: one number of the model, which is a parameter, for one channel where it is not shared.
+/// A row of the parameter table: the value of one parameter, for one channel unless the channels share it.
 #[derive(Clone, Debug)]
 pub struct ParameterRow {
     /// Index of the lobe in the expression.
     pub lobe: usize,
     /// Index of the parameter in the lobe's declaration.
     pub parameter: usize,
-    /// The declaration.
+    /// The parameter's declaration.
     pub spec: ParamSpec,
-    /// Index of the channel; `None` for a shared parameter.
+    /// Index of the channel; `None` if the channels share the parameter.
     pub channel: Option<usize>,
     /// The current value, in the parameter's unit.
     pub value: f64,
@@ -49,7 +49,7 @@ pub struct ParameterRow {
 }
 
 impl ParameterRow {
-    /// What the solver moves instead of a value.
+    /// The solver's coordinate for a value.
     pub(super) fn coordinate(&self, value: f64) -> f64 {
         match self.spec.scale {
             Scale::Linear => value,
@@ -58,7 +58,7 @@ impl ParameterRow {
         }
     }
 
-    /// The value that belongs to a coordinate.
+    /// The value for one of the solver's coordinates.
     pub(super) fn value_at(&self, coordinate: f64) -> f64 {
         match self.spec.scale {
             Scale::Linear => coordinate,
@@ -67,7 +67,7 @@ impl ParameterRow {
         }
     }
 
-    /// d value/d coordinate at the current value.
+    /// d(value)/d(coordinate) at the current value.
     #[must_use]
     pub fn slope(&self) -> f64 {
         match self.spec.scale {
@@ -77,8 +77,9 @@ impl ParameterRow {
         }
     }
 
-    /// Where the derivative with respect to the square is taken for values that are smaller: close enough to
-    /// 0 to change a model by no more than 1e-10 of itself, far enough for the quotient to keep its digits.
+    /// For values smaller than this, the derivative with respect to the square is taken here. It is close enough to 0
+    /// to change a model by no more than 1e-10 of its value, and far enough from 0 for the quotient to keep its
+    /// digits.
     pub(super) fn least_square(&self) -> f64 {
         1e-6 * self.spec.typical.1
     }
@@ -88,14 +89,14 @@ impl ParameterRow {
         self.coordinate(self.bounds.1) - self.coordinate(self.bounds.0)
     }
 
-    /// Whether the value is at its lower bound, to rounding.
+    /// Whether the value is at its lower bound, to within rounding.
     #[must_use]
     pub fn at_lower(&self) -> bool {
         let (lower, upper) = self.bounds;
         self.value - lower <= 1e-12 * (upper - lower).min(lower.abs().max(1e-3))
     }
 
-    /// Whether the value is at its upper bound, to rounding.
+    /// Whether the value is at its upper bound, to within rounding.
     #[must_use]
     pub fn at_upper(&self) -> bool {
         let (lower, upper) = self.bounds;

@@ -1,16 +1,16 @@
-//! Which parameters a user means, and what shall become of them.
+//! Names of parameters as a user writes them, and the constraints on them.
 
 use crate::error::{Error, NameKind, excerpt, short};
 use crate::model::ParamSpec;
 use std::fmt;
 
-/// The name of one or several parameters: `[lobe.]name[.channel]`, the channel also as `[channel]`.
+/// The name of one or more parameters: `[lobe.]name[.channel]`, or with the channel in brackets, `[channel]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Selector {
     text: String,
-    /// Everything before a bracketed channel, split at dots.
+    /// The parts before a bracketed channel, split at dots.
     parts: Vec<String>,
-    /// The channel in brackets.
+    /// The channel in brackets; `None` if there is none.
     bracketed: Option<String>,
 }
 
@@ -18,7 +18,7 @@ impl Selector {
     /// Reads a parameter's name.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a text that cannot be one.
+    /// [`Error::Invalid`] for a text that cannot be a parameter's name.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let text = text.trim();
         let wrong = || {
@@ -39,8 +39,8 @@ impl Selector {
 }
 
 impl Selector {
-    /// The channel, where the name can only be read with one: `name[channel]` or `lobe.name.channel`, or
-    /// `name.channel` if no model of that name exists.
+    /// The channel, if the name certainly has one: `name[channel]`, `lobe.name.channel`, or `name.channel` if there is
+    /// no model of that name. Otherwise `None`.
     #[must_use]
     pub fn channel_if_any(&self) -> Option<String> {
         match (self.parts.as_slice(), &self.bracketed) {
@@ -68,7 +68,7 @@ impl Selector {
         self.parts.get(of_lobe).map_or("", String::as_str)
     }
 
-    /// The same parameter of one channel.
+    /// The name of the same parameter in one channel.
     #[must_use]
     pub fn of_channel(&self, channel: &str) -> Self {
         let text = format!("{}[{channel}]", self.text);
@@ -86,28 +86,28 @@ impl fmt::Display for Selector {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Setting {
-    /// Keep at a value.
+    /// Keep the parameter at a value.
     Fix(f64),
     /// Start from a value.
     Init(f64),
-    /// Stay between two values.
+    /// Keep the parameter between two values.
     Bounds(f64, f64),
-    /// Fit although fixed by default.
+    /// Fit the parameter although it is fixed by default.
     Free,
-    /// Equal another parameter.
+    /// Keep the parameter equal to another.
     Tie(Selector),
-    /// One value per channel.
+    /// Give each channel its own value.
     PerChannel,
-    /// One value for all channels.
+    /// Give all channels the same value.
     Shared,
-    /// Have a value, for evaluation.
+    /// Set the value, for an evaluation.
     Set(f64),
 }
 
 /// All constraints on parameters, in the order given.
 pub type Settings = Vec<(Selector, Setting)>;
 
-/// How a channel is appended to a parameter's name.
+/// A parameter's name with a channel appended.
 #[must_use]
 pub fn channel_suffix(channel: &str) -> String {
     if channel.contains('.') || channel.parse::<f64>().is_ok() {
@@ -117,7 +117,7 @@ pub fn channel_suffix(channel: &str) -> String {
     }
 }
 
-/// Lobe (if named), parameter and channel (if named) of a selector.
+/// The lobe (if named), parameter and channel (if named) of a selector.
 pub(super) fn resolve(
     selector: &Selector,
     lobes: &[String],

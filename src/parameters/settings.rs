@@ -1,10 +1,10 @@
-//! What a user wants of parameters, as text: `P=V`, `P=LO..HI`, `P=Q`, `P`.
+//! Constraints on parameters as text: `P=V`, `P=LO..HI`, `P=Q`, `P`.
 
 use super::selector::{Selector, Setting, Settings};
 use crate::error::{Error, OptionName, excerpt};
 use crate::model::parts::fresnel::{Known, NAMES, f0_of_eta, known_f0};
 
-/// What a user wants of parameters: texts as the command line takes them, kind by kind.
+/// Constraints on parameters, as texts in the form used on the command line, by kind.
 #[derive(Clone, Debug, Default)]
 pub struct SettingTexts {
     /// `P=V`: keep a parameter at a value.
@@ -15,7 +15,7 @@ pub struct SettingTexts {
     pub bounds: Vec<String>,
     /// `P`: fit a parameter that is fixed by default.
     pub free: Vec<String>,
-    /// `P=Q`: make a parameter equal another.
+    /// `P=Q`: keep a parameter equal to another.
     pub tie: Vec<String>,
     /// `P`: give a parameter one value per channel.
     pub per_channel: Vec<String>,
@@ -24,10 +24,10 @@ pub struct SettingTexts {
 }
 
 impl SettingTexts {
-    /// The settings, kind by kind.
+    /// Parses the texts, kind by kind.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a text of another form.
+    /// [`Error::Invalid`] for a text that does not have the form of its kind.
     pub fn settings(&self) -> Result<Settings, Error> {
         let mut settings = Vec::new();
         for text in &self.per_channel {
@@ -50,7 +50,7 @@ impl SettingTexts {
         Ok(settings)
     }
 
-    /// The options as given, each with the option that it was given to.
+    /// The texts as given, each with the option that it belongs to.
     #[must_use]
     pub fn as_given(&self) -> Vec<(OptionName, &str)> {
         let kinds = [
@@ -66,10 +66,10 @@ impl SettingTexts {
     }
 }
 
-/// Settings of the form `P=LO..HI`.
+/// Parses settings of the form `P=LO..HI`.
 ///
 /// # Errors
-/// [`Error::Invalid`] for a text of another form.
+/// [`Error::Invalid`] for a text that does not have this form.
 pub fn ranges(texts: &[String]) -> Result<Settings, Error> {
     const FORM: &str = "P=LO..HI";
     let range = |text: &String| {
@@ -84,13 +84,13 @@ pub fn ranges(texts: &[String]) -> Result<Settings, Error> {
     texts.iter().map(range).collect()
 }
 
-/// Settings of the form `P=V`.
+/// Parses settings of the form `P=V`.
 ///
-/// For f0 the value may also be a material's name or `eta:` and an index of refraction. `option` is where the
-/// texts come from, for error messages.
+/// For f0 the value may also be a material's name or `eta:` and an index of refraction. `option` is the option that
+/// the texts were given to, for error messages.
 ///
 /// # Errors
-/// [`Error::Invalid`] for a text of another form.
+/// [`Error::Invalid`] for a text that does not have this form.
 pub fn values(
     option: OptionName,
     texts: &[String],
@@ -104,9 +104,10 @@ pub fn values(
             None => settings.push((selector, setting(number(option, text, value, "P=V")?))),
             Some(Known::Grey(f0)) => settings.push((selector, setting(f0))),
             Some(Known::Rgb(f0)) => {
-                let of = |channel: &str| RGB.iter().zip(f0).find(|(c, _)| **c == channel).map(|(_, f0)| f0);
+                let value_in =
+                    |channel: &str| RGB.iter().zip(f0).find(|(c, _)| **c == channel).map(|(_, f0)| f0);
                 if let Some(channel) = selector.channel_if_any() {
-                    let f0 = of(&channel).ok_or_else(|| only_rgb(option, text))?;
+                    let f0 = value_in(&channel).ok_or_else(|| only_rgb(option, text))?;
                     settings.push((selector, setting(f0)));
                 } else {
                     for (channel, f0) in RGB.iter().zip(f0) {
@@ -126,7 +127,7 @@ fn only_rgb(option: OptionName, text: &str) -> Error {
     Error::invalid(option, "channels r, g and b for the colour of a metal", excerpt(text))
 }
 
-/// f0 where it is given by a material's name or by `eta:` and an index.
+/// f0 given by a material's name or by `eta:` and an index; `None` if the text gives it in neither way.
 fn normal_incidence(
     option: OptionName,
     text: &str,
@@ -134,7 +135,7 @@ fn normal_incidence(
     value: &str,
 ) -> Result<Option<Known>, Error> {
     let is_name = value.starts_with(|c: char| c.is_ascii_alphabetic());
-    // inf and nan are numbers, although not acceptable ones.
+    // inf and nan parse as numbers, although they are not acceptable values.
     if selector.parameter() != "f0" || !is_name || value.parse::<f64>().is_ok() {
         return Ok(None);
     }

@@ -1,22 +1,22 @@
-//! The parameters of an expression for given channels: values, bounds, and which of them the fit moves.
+//! The parameters of an expression for given channels: their values, their bounds, and which of them the fit moves.
 
 use super::row::{ParameterRow, ParameterValue, Status};
 use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
 use crate::error::{Error, OptionName, Subject};
 use crate::model::{Expression, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing};
 
-/// Values closer than this, as a ratio or as a share of the typical range, belong to the same minimum.
+/// Values closer than this, as a ratio or as a fraction of the typical range, belong to the same minimum.
 const SAME_VALUE: f64 = 0.05;
 
-/// Every number of a model, and which of them are free.
+/// Every parameter of a model, and which of them are free.
 #[derive(Clone, Debug)]
 pub struct ParameterTable {
     pub(super) lobes: Vec<String>,
-    /// The model of each lobe, every choice spelled out.
+    /// The model of each lobe, with every choice spelled out.
     pub(super) kinds: Vec<String>,
     channels: Vec<String>,
     pub(super) rows: Vec<ParameterRow>,
-    /// The row of each channel, per lobe and parameter; one row alone for a shared parameter.
+    /// The row of each channel, by lobe and parameter; a single row for a shared parameter.
     pub(super) places: Vec<Vec<Vec<usize>>>,
     /// Rows of the free parameters, in order.
     free: Vec<usize>,
@@ -30,16 +30,17 @@ pub struct Product {
     pub lobe: usize,
     /// Index of one factor in the lobe's declaration.
     pub first: usize,
-    /// Index of the other.
+    /// Index of the other factor.
     pub second: usize,
 }
 
 impl ParameterTable {
-    /// The parameters of `expression` for `channels`, with the user's `settings`. `isotropic` data do not
-    /// know the half vector's azimuth: parameters that only it tells apart are tied.
+    /// Creates the table of the parameters of `expression` for `channels`, with the user's `settings`. `isotropic`
+    /// data do not contain the half vector's azimuth, so parameters that only it tells apart are tied.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for a setting that names nothing, [`Error::Invalid`] for one that does not fit.
+    /// [`Error::UnknownName`] for a setting that names nothing, [`Error::Invalid`] for one that does not suit the
+    /// model.
     pub fn new(
         expression: &Expression,
         channels: &[String],
@@ -57,7 +58,11 @@ impl ParameterTable {
             };
             let (lobe, name, channel) = resolve(selector, &lobes, &specs, channels)?;
             if channel.is_some() {
-                return Err(Error::invalid(selector.to_string(), "a parameter without a channel", "one"));
+                return Err(Error::invalid(
+                    selector.to_string(),
+                    "a name without a channel",
+                    "one with a channel",
+                ));
             }
             for (index, lobe_specs) in specs.iter_mut().enumerate() {
                 for spec in
@@ -110,7 +115,7 @@ impl ParameterTable {
         Ok(table)
     }
 
-    /// Ties the parameters that only the half vector's azimuth tells apart, unless the user fixed them.
+    /// Ties the parameters that only the half vector's azimuth tells apart, unless the user has fixed them.
     fn tie_isotropic(&mut self, settings: &Settings, specs: &[Vec<ParamSpec>]) -> Result<(), Error> {
         let mut ties = Vec::new();
         for (index, row) in self.rows.iter().enumerate() {
@@ -133,7 +138,7 @@ impl ParameterTable {
         Ok(())
     }
 
-    /// Does what one setting asks for.
+    /// Applies one setting.
     fn apply(
         &mut self,
         selector: &Selector,
@@ -184,7 +189,7 @@ impl ParameterTable {
                 let of_target = self.rows[**target].channel;
                 of_target == channel || of_target.is_none()
             };
-            // One value for all may be followed by every channel; otherwise channel follows channel.
+            // Every channel may follow a single shared value; otherwise each channel follows the same channel.
             let target = match targets {
                 [only] => Some(*only),
                 several => several.iter().find(same_channel).copied(),
@@ -194,8 +199,8 @@ impl ParameterTable {
                 other_row => {
                     return Err(Error::invalid(
                         Subject::OptionOf(OptionName::Tie, format!("{selector}={other}")),
-                        "two different parameters with the same channels",
-                        if other_row.is_some() { "the same one twice" } else { "other channels" },
+                        "another parameter with the same channels",
+                        if other_row.is_some() { "the same parameter" } else { "other channels" },
                     ));
                 }
             }
@@ -203,7 +208,7 @@ impl ParameterTable {
         Ok(())
     }
 
-    /// Checks values against bounds, ties against each other, and lists what is free.
+    /// Checks values against bounds and ties against each other, and lists the free rows.
     fn finish(&mut self) -> Result<(), Error> {
         let bounds_of = |name| Subject::OptionOf(OptionName::Bounds, name);
         for index in 0..self.rows.len() {
@@ -228,7 +233,7 @@ impl ParameterTable {
             row.value = row.value.clamp(lower, upper);
             row.initial = row.value;
         }
-        // A tie may lead to another; a circle has no end.
+        // A tie may lead to another tie, but a circle of ties has no end.
         for index in 0..self.rows.len() {
             let mut target = index;
             let mut steps = 0;
@@ -238,8 +243,8 @@ impl ParameterTable {
                 if steps > self.rows.len() {
                     return Err(Error::invalid(
                         Subject::OptionOf(OptionName::Tie, self.name(index)),
-                        "ties that end at a parameter",
-                        "a circle",
+                        "ties that end at a parameter that is not tied",
+                        "a circle of ties",
                     ));
                 }
             }
@@ -252,12 +257,12 @@ impl ParameterTable {
         Ok(())
     }
 
-    /// Lists the rows that are free.
+    /// Lists the free rows.
     fn list_free(&mut self) {
         self.free = (0..self.rows.len()).filter(|index| self.rows[*index].status == Status::Free).collect();
     }
 
-    /// Gives tied rows the value of what they are tied to.
+    /// Gives tied rows the values of the rows that they are tied to.
     pub(super) fn follow(&mut self) {
         for index in 0..self.rows.len() {
             if let Status::Tied(target) = self.rows[index].status {
@@ -267,13 +272,13 @@ impl ParameterTable {
         }
     }
 
-    /// All rows, lobe by lobe, parameter by parameter, channel by channel.
+    /// All rows, in the order of lobes, parameters and channels.
     #[must_use]
     pub fn rows(&self) -> &[ParameterRow] {
         &self.rows
     }
 
-    /// Indices of the rows that are free, in order.
+    /// Indices of the free rows, in order.
     #[must_use]
     pub fn free(&self) -> &[usize] {
         &self.free
@@ -320,14 +325,15 @@ impl ParameterTable {
     /// The rows that a selector names, at least one, with their indices.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] if it names none, [`Error::AmbiguousParameter`] if it names parameters of several lobes.
+    /// [`Error::UnknownName`] if it names no row, [`Error::AmbiguousParameter`] if it names parameters of several
+    /// lobes.
     pub(crate) fn rows_named(&self, selector: &Selector) -> Result<Vec<(usize, &ParameterRow)>, Error> {
         let mut specs = vec![Vec::new(); self.lobes.len()];
         self.rows.iter().for_each(|row| specs[row.lobe].push(row.spec.clone()));
         Ok(self.matching(selector, &specs)?.into_iter().map(|index| (index, &self.rows[index])).collect())
     }
 
-    /// Every parameter by its full name.
+    /// Every parameter, with its full name.
     #[must_use]
     pub fn parameter_values(&self) -> Vec<ParameterValue> {
         let rows = self.rows.iter().enumerate();
@@ -339,7 +345,7 @@ impl ParameterTable {
         .collect()
     }
 
-    /// Lobe and parameter of a row, without the channel.
+    /// The lobe and the name of a row's parameter, without the channel.
     #[must_use]
     pub fn parameter_name(&self, row: &ParameterRow) -> String {
         format!("{}.{}", self.lobes[row.lobe], row.spec.name)
@@ -351,7 +357,7 @@ impl ParameterTable {
         &self.products
     }
 
-    /// Whether a lobe has a width: whether it is more than a diffuse base.
+    /// Whether a lobe has a width, that is, whether it is more than a diffuse base.
     #[must_use]
     pub fn has_width(&self, lobe: usize) -> bool {
         self.rows.iter().any(|row| row.lobe == lobe && row.spec.sharper.is_some())
@@ -363,13 +369,13 @@ impl ParameterTable {
         self.places[lobe].len()
     }
 
-    /// The rows that a parameter of a lobe occupies, one or one per channel.
+    /// The rows of a parameter of a lobe: one row, or one per channel.
     #[must_use]
     pub fn places(&self, lobe: usize, parameter: usize) -> &[usize] {
         &self.places[lobe][parameter]
     }
 
-    /// The row that a parameter of a lobe takes its value from in a channel.
+    /// The row from which a parameter of a lobe takes its value in a channel.
     #[must_use]
     pub fn place(&self, lobe: usize, parameter: usize, channel: usize) -> usize {
         assert!(channel < self.channels.len(), "channel {channel} of {}", self.channels.len());
@@ -379,7 +385,7 @@ impl ParameterTable {
         }
     }
 
-    /// The row that a row stands for: itself, or what it is tied to.
+    /// The row whose value a row has: its own, or the one it is tied to.
     #[must_use]
     pub fn source(&self, index: usize) -> usize {
         match self.rows[index].status {
@@ -400,13 +406,13 @@ impl ParameterTable {
         self.free_rows().map(|row| (row.coordinate(row.bounds.0), row.coordinate(row.bounds.1))).collect()
     }
 
-    /// Moves the free parameters to the given coordinates, and what is tied to them along.
+    /// Sets the free parameters to the given coordinates, and the tied ones along with them.
     pub fn set_coordinates(&mut self, coordinates: &[f64]) {
         assert_eq!(coordinates.len(), self.free.len(), "a coordinate per free parameter");
         for (index, coordinate) in self.free.iter().zip(coordinates) {
             let row = &mut self.rows[*index];
             let (lower, upper) = row.bounds;
-            // exp(ln(bound)) may miss the bound by an ulp.
+            // exp(ln(bound)) may differ from the bound by an ulp.
             row.value = if *coordinate <= row.coordinate(lower) {
                 lower
             } else if *coordinate >= row.coordinate(upper) {
@@ -418,7 +424,7 @@ impl ParameterTable {
         self.follow();
     }
 
-    /// The same table with values that are fitted by their square kept off 0, where derivatives vanish.
+    /// The same table with values that are fitted by their square moved away from 0, where derivatives vanish.
     #[must_use]
     pub(crate) fn off_zero(mut self) -> Self {
         let of_square =
@@ -430,19 +436,19 @@ impl ParameterTable {
         self
     }
 
-    /// Sets the value of one row, and of what is tied to it.
+    /// Sets the value of one row and of the rows that are tied to it.
     pub fn set_value(&mut self, index: usize, value: f64) {
         let row = &mut self.rows[index];
         row.value = value.clamp(row.bounds.0, row.bounds.1);
         self.follow();
     }
 
-    /// Declares the current values to be those that the fit starts from.
+    /// Makes the current values those that the fit starts from.
     pub fn start_here(&mut self) {
         self.rows.iter_mut().for_each(|row| row.initial = row.value);
     }
 
-    /// The same table with every row of a role held at its value.
+    /// The same table with every row of a role fixed at its value.
     #[must_use]
     pub fn with_fixed(&self, role: Role) -> Self {
         let mut table = self.clone();
@@ -453,7 +459,7 @@ impl ParameterTable {
         table
     }
 
-    /// The same table with further rows free.
+    /// The same table with additional rows freed.
     #[must_use]
     pub fn with_freed(&self, indices: &[usize]) -> Self {
         let mut table = self.clone();
@@ -464,7 +470,7 @@ impl ParameterTable {
         table
     }
 
-    /// Shapes and amplitudes of every lobe for one channel, in formula units.
+    /// Shapes and amplitudes of every lobe for one channel, in the units of the formulas.
     #[must_use]
     pub fn formula_values(&self, channel: usize) -> Vec<LobeValues> {
         let of_role = |lobe: usize, role: Role| -> Vec<f64> {
@@ -482,7 +488,7 @@ impl ParameterTable {
             .collect()
     }
 
-    /// The rows that a selector names, at least one.
+    /// The indices of the rows that a selector names, at least one.
     fn matching(&self, selector: &Selector, specs: &[Vec<ParamSpec>]) -> Result<Vec<usize>, Error> {
         let (lobe, name, channel) = resolve(selector, &self.lobes, specs, &self.channels)?;
         let rows: Vec<usize> = self
@@ -514,7 +520,7 @@ fn products(expression: &Expression, specs: &[Vec<ParamSpec>]) -> Vec<Product> {
     products
 }
 
-/// Whether two sets of shapes, each with its row, are different minima.
+/// Whether two sets of shapes, each value with its row, belong to different minima.
 pub(crate) fn shapes_differ(table: &ParameterTable, a: &[(usize, f64)], b: &[(usize, f64)]) -> bool {
     assert_eq!(a.len(), b.len(), "the same shapes");
     a.iter().zip(b).any(|((row, x), (_, y))| differ(&table.rows()[*row], *x, *y))
@@ -587,7 +593,7 @@ mod tests {
         assert_eq!(value(&t, "cook-torrance#2.m"), 0.5);
         assert_eq!(value(&t, "cook-torrance#2.f0.g"), 0.7);
         assert!(!t.sort_lobes());
-        // A bound of its own gives a lobe its place; a tie between the two does not.
+        // A bound of its own fixes a lobe's place; a tie between the two lobes does not.
         let mut t = table(&[("cook-torrance.m", Setting::Bounds(0.3, 1.0))]).unwrap();
         set(&mut t, "cook-torrance#2.m", 0.1);
         assert!(!t.sort_lobes());
@@ -614,7 +620,7 @@ mod tests {
             ("kd", Setting::Bounds(1.0, 0.5), "lower bound below the upper"),
             ("kd", Setting::Fix(7.0), "within its bounds"),
             ("cook-torrance.m", Setting::Bounds(0.0, 0.5), "above 0"),
-            ("kd", Setting::Tie(Selector::parse("kd").unwrap()), "two different"),
+            ("kd", Setting::Tie(Selector::parse("kd").unwrap()), "found the same parameter"),
         ] {
             let message = table(&[(name, setting)]).unwrap_err().to_string();
             assert!(message.contains(words), "{name}: {message}");

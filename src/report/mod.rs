@@ -1,4 +1,4 @@
-//! The report: what was asked, what was done, why it stopped, and what not to trust.
+//! The report: the options, the data, the result, why the fit stopped, and warnings.
 //!
 //! The JSON form is a stable interface: docs/use/report.md describes it field by field, and a test compares
 //! docs/use/report.schema.json with the schema generated from these types.
@@ -29,12 +29,12 @@ use crate::model::Expression;
 use crate::parameters::{ParameterTable, Product, Status};
 use record::finite;
 
-/// What the caller knows beyond the fit itself.
+/// What the caller knows about the fit that the fit itself does not contain.
 #[derive(Clone, Debug)]
 pub struct Circumstances {
     /// The metric that was minimised.
     pub metric: Metric,
-    /// Largest angle, degrees.
+    /// Largest angle of incidence and viewing, in degrees.
     pub max_theta_deg: f64,
     /// The options as used.
     pub options: OptionRecord,
@@ -45,7 +45,7 @@ pub struct Circumstances {
 }
 
 impl Report {
-    /// The report of a fit.
+    /// Creates the report of a fit.
     #[must_use]
     pub fn new(
         measurement: &Measurement,
@@ -121,10 +121,10 @@ impl Report {
         }
     }
 
-    /// The report as JSON, which docs/use/report.md describes: what `brdfit fit` writes.
+    /// The report as JSON, as `brdfit fit` writes it and docs/use/report.md describes it.
     ///
     /// # Errors
-    /// [`Error::Encoding`] if it cannot be written, which is a defect.
+    /// [`Error::Encoding`] if it cannot be encoded, which is a bug.
     pub fn to_json(&self) -> Result<String, Error> {
         let text = serde_json::to_string_pretty(self);
         text.map(|text| text + "\n").map_err(|e| Error::Encoding { format: "JSON", reason: e.to_string() })
@@ -136,21 +136,21 @@ impl Report {
         self.in_fitted_metric(&self.errors)
     }
 
-    /// The error in the metric that was fitted, on samples held out; `None` where none were.
+    /// The error in the metric that was fitted, on the samples held out; `None` if none were.
     #[must_use]
     pub fn held_out_error(&self) -> Option<f64> {
         self.selection.held_out.as_ref().map(|held| self.in_fitted_metric(&held.errors))
     }
 
-    /// The error in the metric that was fitted; infinite where it is no number, so that it ranks last.
+    /// The error in the metric that was fitted; infinite if it is not a number, so that it ranks last.
     fn in_fitted_metric(&self, errors: &ErrorRecord) -> f64 {
         self.metric.known().and_then(|metric| errors.of(metric)).unwrap_or(f64::INFINITY)
     }
 }
 
 impl Reports {
-    /// Several reports, ranked input by input: by the error on samples held out where all have one, else by
-    /// that on the samples fitted.
+    /// Several reports, ranked for each input by the error on the samples held out, if all reports have one, and
+    /// otherwise by the error on the samples fitted.
     #[must_use]
     pub fn new(reports: Vec<Report>, failed: Vec<Failure>) -> Self {
         let held_out: Option<Vec<f64>> = reports.iter().map(Report::held_out_error).collect();
@@ -171,7 +171,7 @@ impl Reports {
     }
 }
 
-/// The products that lobes declare, where both factors are fitted.
+/// The products that the lobes declare, if both factors are fitted.
 fn derived(fit: &Fit) -> Vec<Derived> {
     let table = &fit.table;
     let mut derived = Vec::new();
@@ -193,14 +193,14 @@ fn derived(fit: &Fit) -> Vec<Derived> {
     derived
 }
 
-/// A product of two rows.
+/// The estimate of the product of two rows.
 struct Estimate {
     value: f64,
     std_error: Option<f64>,
     ci95: Option<[f64; 2]>,
 }
 
-/// The product of two rows; none unless both are fitted.
+/// Estimates the product of two rows; `None` unless both are fitted.
 fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
     let rows = fit.table.rows();
     let (row_a, row_b) = (&rows[a], &rows[b]);
@@ -210,10 +210,10 @@ fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
     let (x, y) = (row_a.value, row_b.value);
     let (a, b) = (fit.table.source(a), fit.table.source(b));
     let value = x * y;
-    // A product of 0 is at its bound.
+    // A product whose value is 0 is at its bound.
     let covariance = fit.covariance.as_ref().filter(|_| value != 0.0);
     let std_error = covariance.and_then(|c| c.combined_error(&[(a, y), (b, x)]));
-    // Repeated fits give the product's own, where the formula says that it is determined.
+    // The repeated fits give the product's own error, if the formula says that the product is determined.
     if let Some(resampled) = &fit.resampled {
         let (std_error, ci95) = std_error.and_then(|_| resampled.product(a, b)).unzip();
         return Some(Estimate { value, std_error, ci95 });
@@ -223,7 +223,7 @@ fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
 }
 
 fn correlation(fit: &Fit) -> Option<Correlation> {
-    /// Beyond this the matrix is larger than all the rest.
+    /// Above this number of parameters the matrix is larger than the rest of the report.
     const MOST: usize = 100;
     let covariance = fit.covariance.as_ref()?;
     if fit.table.free().len() > MOST {

@@ -1,4 +1,4 @@
-//! Names in a report that stand for values of an enum.
+//! Enums whose values have names in reports.
 
 use crate::error::OptionName;
 use crate::fit::{Budget, LossKind, Method, Metric, ParameterState, Uncertainty, WarningKind};
@@ -13,7 +13,7 @@ use std::fmt;
 
 /// An enum whose values have names in reports.
 pub trait Named: Copy + PartialEq + 'static {
-    /// What its schema is called.
+    /// The name of its schema.
     const SCHEMA_NAME: &'static str;
     /// Every value.
     const ALL: &'static [Self];
@@ -22,13 +22,13 @@ pub trait Named: Copy + PartialEq + 'static {
     fn in_report(self) -> &'static str;
 }
 
-/// A value of an enum in a report. The set is open: a later version may know more names than this one, and a reader keeps
-/// those that it does not know.
+/// A value of an enum in a report. The set of names is open: a later version may have more names than this one, and a
+/// reader keeps the names that it does not know.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Open<T> {
     /// A value that this version knows.
     Known(T),
-    /// Another name; empty where the report has none.
+    /// Another name; empty if the report has none.
     Other(String),
 }
 
@@ -39,7 +39,7 @@ impl<T> Default for Open<T> {
 }
 
 impl<T: Named> Open<T> {
-    /// The name, as the report has it.
+    /// The name, as written in the report.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -104,7 +104,7 @@ impl<T: Named> JsonSchema for Open<T> {
     }
 }
 
-/// Gives enums their names in reports. A variant that is missing here is a compile error.
+/// Gives enums their names in reports. Leaving out a variant is a compile error.
 macro_rules! named {
     ($($type:ident ($name:ident): $($(#[$attribute:meta])* $variant:ident)*;)*) => {
         $(impl Named for $type {
@@ -149,7 +149,7 @@ named! {
 /// Whether a parameter was fitted, and where it ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterStatus {
-    /// Fitted, and within its bounds.
+    /// Fitted, and between its bounds.
     Free,
     /// Kept at a value.
     Fixed,
@@ -236,7 +236,7 @@ impl From<Termination> for StopReason {
     }
 }
 
-/// What a ranking compares: the error of a metric, on the samples fitted or on those held out.
+/// What a ranking compares: the error in a metric, on the samples that were fitted or on those held out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "docs/use/conventions.md defines the metrics")]
 pub enum Criterion {
@@ -249,7 +249,7 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// The error of a metric.
+    /// The criterion that compares the error in a metric.
     #[must_use]
     pub fn of(metric: Metric, held_out: bool) -> Self {
         match (metric, held_out) {

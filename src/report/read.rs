@@ -1,4 +1,4 @@
-//! Reports read back: the model and its parameters.
+//! Reads reports back: the model and its parameters.
 
 #![warn(clippy::indexing_slicing, reason = "bytes from outside are never indexed unchecked")]
 
@@ -9,35 +9,36 @@ use crate::parameters::{ParameterTable, Selector, Setting, Settings, channel_suf
 use serde::Deserialize;
 use std::path::Path;
 
-/// A model as a report has it.
+/// A model read from a report.
 #[derive(Clone, Debug)]
 pub struct Recorded {
     /// The model.
     pub expression: Expression,
-    /// Its parameters, at the values of the report.
+    /// Its parameters, at the values in the report.
     pub table: ParameterTable,
-    /// The measurement that it was fitted to, as it was named.
+    /// The path of the measurement that it was fitted to, as given then.
     pub data_path: String,
 }
 
-/// What says which form a file has.
+/// The field that says which form a file has.
 #[derive(Deserialize)]
 struct Schema {
     schema: String,
 }
 
-/// Whether a file's first bytes are those of a report rather than a measurement: no format of measurements begins with a brace.
+/// Whether a file's first bytes are those of a report rather than a measurement: no measurement format begins with a
+/// brace.
 #[must_use]
 pub fn is_report(head: &[u8]) -> bool {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     head.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{')
 }
 
-/// The models of a file of one report or several, the best of the ranking first, whose content is `bytes`. The file is called
-/// `path` in errors.
+/// Reads the models from the content `bytes` of a file with one report or several, the best of the ranking first.
+/// Errors call the file `path`.
 ///
 /// # Errors
-/// [`Error::Malformed`] for what is no report, or one that does not fit its model.
+/// [`Error::Malformed`] if the content is not a report, or if a report does not match its model.
 pub fn read(bytes: &[u8], path: &Path) -> Result<Vec<Recorded>, Error> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let expected = format!("a report ({SCHEMA} or {SCHEMA_SEVERAL})");
@@ -67,7 +68,7 @@ fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8], path: &Path, expected: &str) -
         let line = u64::try_from(error.line()).unwrap_or(u64::MAX);
         let text = error.to_string();
         let text = text.rsplit_once(" at line ").map_or(text.as_str(), |(text, _)| text);
-        // The types of this file mean nothing to who reads the message.
+        // Names of types mean nothing to someone who reads the message.
         let text = match text.rsplit_once(", expected ") {
             Some((found, "f64")) => format!("{}, expected a number", short(found)),
             Some((found, wanted)) if wanted.starts_with("struct ") => {
@@ -97,7 +98,7 @@ fn recorded(report: Report, path: &Path) -> Result<Recorded, Error> {
     for p in &report.parameters {
         let own = |text: String| Selector::parse(&text).map_err(in_file);
         let shared = own(format!("{}.{}", p.lobe, p.name))?;
-        // Whether the fit shared it shows in the channel that is named or not.
+        // Whether the fit shared the parameter is visible from whether it names a channel.
         let lobe = expression.lobes().iter().find(|lobe| lobe.name == p.lobe);
         let specs = lobe.map(|lobe| lobe.model.parameters()).unwrap_or_default();
         let Some(spec) = specs.iter().find(|spec| spec.name == p.name) else {
@@ -162,11 +163,11 @@ mod tests {
     fn values_and_sharing_come_back() {
         let recorded = read_value(&report()).unwrap().remove(0);
         assert_eq!(recorded.expression.canonical(), "lambert + phong");
-        let of = |channel| recorded.table.formula_values(channel);
+        let values_in = |channel| recorded.table.formula_values(channel);
         let values =
             |shapes: &[f64], amplitude| LobeValues { shapes: shapes.to_vec(), amplitudes: vec![amplitude] };
-        assert_eq!(of(0), [values(&[], 0.5), values(&[20.0], 0.125)]);
-        assert_eq!(of(1), [values(&[], 0.25), values(&[20.0], 0.125)]);
+        assert_eq!(values_in(0), [values(&[], 0.5), values(&[20.0], 0.125)]);
+        assert_eq!(values_in(1), [values(&[], 0.25), values(&[20.0], 0.125)]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! The JSON form of a report: one set of types that is written and read.
+//! The JSON form of a report: one set of types for both writing and reading.
 //!
-//! What later versions added is optional when reading, so that reports of older ones can still be read.
+//! Fields that later versions added are optional when reading, so that older reports can still be read.
 
 use super::open::{Criterion, Open, ParameterStatus, StopReason};
 use crate::error::OptionName;
@@ -34,32 +34,33 @@ pub struct Report {
     /// Version of the program.
     #[serde(default)]
     pub version: Cow<'static, str>,
-    /// The expression with every choice spelled out.
+    /// The model as an expression with every choice spelled out.
     pub model: String,
-    /// What was measured.
+    /// The measurement.
     pub data: Data,
-    /// Which samples counted, and how much.
+    /// Which samples were fitted, and with what weights.
     #[serde(default)]
     pub filters: FilterRecord,
     /// The metric that was minimised.
     #[serde(default)]
     pub metric: Open<Metric>,
-    /// Every parameter, fixed and tied ones included.
+    /// Every parameter, including fixed and tied ones.
     pub parameters: Vec<Parameter>,
-    /// Products of parameters that the data determine better than either.
+    /// Products of parameters that the data determine better than either factor.
     #[serde(default)]
     pub derived: Vec<Derived>,
-    /// Correlations of the free parameters that are not at a bound; null above 100 of them, or where there
-    /// is no covariance.
+    /// Correlations of the free parameters that are not at a bound; null above 100 of them, or if there is no
+    /// covariance.
     #[serde(default)]
     pub correlation: Option<Correlation>,
     /// Every error, all channels together.
     #[serde(default)]
     pub errors: ErrorRecord,
-    /// Every error on all samples that pass the filters, where `--budget` or `--target-error` chose how many the fit uses; null otherwise.
+    /// Every error on all samples that pass the filters, if `--budget` or `--target-error` chose how many the fit
+    /// uses; null otherwise.
     #[serde(default)]
     pub errors_on_all: Option<ErrorRecord>,
-    /// Every error per channel.
+    /// Every error of each channel.
     #[serde(default)]
     pub errors_by_channel: InOrder<ErrorRecord>,
     /// The size of the problem and how the uncertainty was found.
@@ -68,7 +69,7 @@ pub struct Report {
     /// Criteria that weigh the error against the number of parameters.
     #[serde(default)]
     pub selection: SelectionRecord,
-    /// The starts that were tried.
+    /// The starts that were polished.
     #[serde(default)]
     pub starts: Vec<StartRecord>,
     /// Why the fit stopped.
@@ -77,7 +78,7 @@ pub struct Report {
     /// The options as used.
     #[serde(default)]
     pub options: OptionRecord,
-    /// Wall-clock times, seconds, and threads: the only part that differs from run to run.
+    /// Wall-clock times in seconds, and threads: the only part that differs from run to run.
     #[serde(default)]
     pub time_s: Times,
     /// What to know before relying on the result.
@@ -85,39 +86,39 @@ pub struct Report {
     pub warnings: Vec<WarningRecord>,
 }
 
-/// What was measured.
+/// The measurement.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Data {
-    /// The file as it was named.
+    /// The path of the file, as given.
     #[serde(default)]
     pub path: String,
     /// Its format.
     #[serde(default)]
     pub format: Cow<'static, str>,
-    /// SHA-256 of its bytes.
+    /// SHA-256 of the file.
     #[serde(default)]
     pub sha256: String,
     /// Names of the channels.
     pub channels: Vec<String>,
-    /// Wavelengths in nanometres, where every channel has one.
+    /// Wavelengths in nanometres; null unless every channel has one.
     #[serde(default)]
     pub wavelengths_nm: Option<Vec<f64>>,
-    /// Samples in the file.
+    /// Number of samples in the file.
     #[serde(default)]
     pub samples: usize,
-    /// Samples used.
+    /// Number of samples used.
     #[serde(default)]
     pub used: usize,
-    /// Samples left out, by reason.
+    /// Number of samples left out, by reason.
     #[serde(default)]
     pub dropped: BTreeMap<Cow<'static, str>, usize>,
 }
 
-/// Which samples counted, and how much.
+/// Which samples were fitted, and with what weights.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct FilterRecord {
-    /// Largest angle of incidence and viewing, degrees, inclusive.
+    /// Largest angle of incidence and viewing, in degrees, inclusive.
     pub max_theta_deg: f64,
     /// How the samples were weighted.
     pub weights: Open<Weighting>,
@@ -178,7 +179,7 @@ pub struct Derived {
     pub channel: Option<String>,
     /// Its value.
     pub value: f64,
-    /// Standard error; null where a factor has none.
+    /// Standard error; null if the data do not determine the product.
     pub std_error: Option<f64>,
     /// 95 % confidence interval.
     pub ci95: Option<[f64; 2]>,
@@ -206,13 +207,13 @@ pub struct ErrorRecord {
     pub relative: Option<f64>,
 }
 
-/// A number that JSON can hold; `None` where it overflowed on the way.
+/// A number that JSON can represent; `None` if it is infinite or NaN.
 pub(super) fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
 impl ErrorRecord {
-    /// The error in a metric; `None` where it is not a number.
+    /// The error in a metric; `None` if it is not a number.
     #[must_use]
     pub fn of(&self, metric: Metric) -> Option<f64> {
         match metric {
@@ -236,17 +237,17 @@ impl From<&Errors> for ErrorRecord {
 pub struct FitRecord {
     /// Number of residuals: samples times channels.
     pub n: usize,
-    /// Residuals less free parameters.
+    /// Number of residuals less number of free parameters.
     pub dof: i64,
     /// What was minimised: the weighted mean square in the metric (smoothed for cbrt), or chi^2 for
     /// weights by sigma.
     pub cost: Option<f64>,
     /// chi^2/dof for weights by sigma, else null.
     pub reduced_chi2: Option<f64>,
-    /// Ratio of the largest to the smallest singular value of J with columns of unit length; null where
-    /// there is no uncertainty.
+    /// Ratio of the largest to the smallest singular value of J with columns of unit length; null if there is no
+    /// covariance.
     pub condition: Option<f64>,
-    /// How the uncertainty was found; null where there is none.
+    /// How the uncertainty was found; null if there is none.
     pub uncertainty_method: Option<Open<Method>>,
     /// What the block bootstrap drew; null for other methods.
     pub resampling: Option<ResamplingRecord>,
@@ -256,9 +257,9 @@ pub struct FitRecord {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct ResamplingRecord {
-    /// Fits repeated.
+    /// Number of repeated fits.
     pub replicates: usize,
-    /// Smallest and largest theta_i of each group of samples, degrees; twice the same for one angle.
+    /// Smallest and largest theta_i of each group of samples, in degrees; both the same for a single angle.
     pub theta_i_deg: Vec<[f64; 2]>,
 }
 
@@ -276,21 +277,20 @@ pub struct SelectionRecord {
     pub aicc: Option<f64>,
     /// Bayesian criterion.
     pub bic: Option<f64>,
-    /// Errors on samples that were held out; null where none were.
+    /// Errors on the samples held out; null if none were.
     pub held_out: Option<HeldOutRecord>,
 }
 
-/// Errors on samples that the fit has not seen.
+/// Errors on samples that were left out of the fit.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct HeldOutRecord {
     /// Every error, all channels together.
     #[serde(flatten)]
     pub errors: ErrorRecord,
-    /// How many samples were held out.
+    /// Number of samples held out.
     pub samples: usize,
-    /// Smallest and largest theta_i of each group of samples held out, degrees; twice the same for one
-    /// angle.
+    /// Smallest and largest theta_i of each group of samples held out, in degrees; both the same for a single angle.
     pub theta_i_deg: Vec<[f64; 2]>,
 }
 
@@ -308,11 +308,11 @@ impl From<&HeldOut> for HeldOutRecord {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct StartRecord {
-    /// Cost that it led to, on the samples of the search.
+    /// Cost at the end, on the samples of the search.
     pub cost: Option<f64>,
-    /// Shapes that it began with, by full name.
+    /// Shapes at the beginning, by full name.
     pub shapes: InOrder<f64>,
-    /// Shapes that it led to, lobes of one kind in order.
+    /// Shapes at the end, with lobes of one kind in order.
     pub reached: InOrder<f64>,
     /// Why its polishing stopped.
     pub reason: Open<StopReason>,
@@ -326,9 +326,9 @@ pub struct TerminationRecord {
     pub reason: Open<StopReason>,
     /// Whether the result is a minimum that can be used.
     pub usable: bool,
-    /// Iterations of the final fit.
+    /// Number of iterations of the final fit.
     pub iterations: u64,
-    /// Passes over the samples in the final fit.
+    /// Number of passes over the samples in the final fit.
     pub evaluations: u64,
 }
 
@@ -338,19 +338,19 @@ pub struct TerminationRecord {
 pub struct OptionRecord {
     /// Number of samples that were drawn; null for all.
     pub samples: Option<usize>,
-    /// The budget, given or the one that reached the target; null without either.
+    /// The budget, as given or as the one that reached the target; null if there was none.
     pub budget: Option<Open<Budget>>,
-    /// The error that was asked for; null for none.
+    /// The target error; null if there was none.
     pub target_error: Option<f64>,
     /// The seed of all random draws.
     pub seed: u64,
-    /// The fraction of the angles of incidence held out; null for none.
+    /// The fraction of the angles of incidence held out; null if there was none.
     pub hold_out: Option<f64>,
-    /// The optimiser; null where nothing was fitted.
+    /// The optimiser; null if nothing was fitted.
     pub solver: Option<Open<SolverKind>>,
-    /// Where the standard errors come from; null where nothing was fitted.
+    /// The source of the standard errors; null if nothing was fitted.
     pub uncertainty: Option<Open<Uncertainty>>,
-    /// Which directions the cells of a MERL table stand for.
+    /// The directions that the cells of a MERL table stand for.
     pub merl_bins: Open<BinPosition>,
     /// How strongly outliers are down-weighted.
     pub loss: Open<LossKind>,
@@ -359,9 +359,9 @@ pub struct OptionRecord {
     pub loss_scale: Option<f64>,
     /// Whether that scale was estimated from the residuals; null without a loss.
     pub loss_scale_auto: Option<bool>,
-    /// The time limit, seconds; null for none.
+    /// The time limit in seconds; null if there was none.
     pub timeout_s: Option<f64>,
-    /// Options about parameters, as they were given.
+    /// Options about parameters, as given.
     pub parameters: Vec<String>,
 }
 
@@ -369,13 +369,13 @@ pub struct OptionRecord {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Times {
-    /// Reading the file.
+    /// Time for reading the file.
     pub read: f64,
-    /// Fitting.
+    /// Time for fitting.
     pub fit: f64,
-    /// Both.
+    /// Time for both.
     pub total: f64,
-    /// Threads used.
+    /// Number of threads used.
     pub threads: usize,
 }
 
@@ -384,9 +384,9 @@ pub struct Times {
 pub struct WarningRecord {
     /// Its kind; docs/use/report.md lists them.
     pub kind: Open<WarningKind>,
-    /// The parameter concerned, if it is one.
+    /// The full name of the parameter that it is about, or of the first of several; null if it is about the whole fit.
     pub parameter: Option<String>,
-    /// What it is and what to do next.
+    /// What the warning means and what to do next.
     pub text: String,
     /// Options that help, and values for them.
     #[serde(default)]
@@ -416,12 +416,12 @@ impl From<&Warning> for WarningRecord {
     }
 }
 
-/// An option that helps against what a warning is about.
+/// An option that helps with the cause of a warning.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct SuggestionRecord {
     /// The option.
     pub option: Open<OptionName>,
-    /// What to give it, such as `cook-torrance.m=LO..HI`; empty where that is the user's choice.
+    /// The value to give it, such as `cook-torrance.m=LO..HI`; empty if the choice is the user's.
     pub value: String,
 }
 
@@ -444,19 +444,19 @@ pub struct Reports {
 pub struct Rank {
     /// Index into `reports`.
     pub index: usize,
-    /// What was compared.
+    /// The criterion that was compared.
     #[serde(default)]
     pub criterion: Open<Criterion>,
-    /// Its value; smaller is better, null is worst.
+    /// Its value; smaller is better, and null is worst.
     pub value: Option<f64>,
 }
 
 /// An input that could not be fitted.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Failure {
-    /// The file as it was named.
+    /// The path of the file, as given.
     pub path: String,
-    /// Why.
+    /// Why it could not be fitted.
     pub error: String,
 }
 
@@ -472,7 +472,7 @@ impl<T: Serialize> Serialize for InOrder<T> {
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for InOrder<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        /// Takes the members one by one.
+        /// Reads the members one by one.
         struct Members<T>(PhantomData<T>);
 
         impl<'de, T: Deserialize<'de>> Visitor<'de> for Members<T> {
@@ -516,7 +516,7 @@ impl<T: JsonSchema> JsonSchema for InOrder<T> {
 /// The JSON Schema of one report or several.
 #[must_use]
 pub fn schema() -> Schema {
-    /// Either form.
+    /// A file with one report or several.
     #[derive(JsonSchema)]
     #[serde(untagged)]
     #[schemars(title = "brdfit report", rename = "AnyReport")]
@@ -527,6 +527,6 @@ pub fn schema() -> Schema {
         /// Several.
         Several(Reports),
     }
-    // Of what is written: readers may rely on every field of it.
+    // The schema is that of what is written, because readers may rely on every field of it.
     SchemaSettings::default().for_serialize().into_generator().into_root_schema_for::<Either>()
 }

@@ -1,16 +1,16 @@
-//! The report as a table for people.
+//! Writes the report as a table for people to read.
 
 use super::{ErrorRecord, Open, Parameter, ParameterStatus, Report};
 use crate::fit::{Method, Metric};
 use crate::model::Unit;
 use std::fmt::Write as _;
 
-/// Correlations beyond this are listed.
+/// Correlations above this are listed.
 const LISTED_CORRELATION: f64 = 0.9;
-/// The most correlations that are listed.
+/// Largest number of correlations that are listed.
 const LISTED: usize = 10;
 
-/// The report as text, ending in a newline.
+/// The report as text that ends in a newline.
 #[must_use]
 pub fn table(report: &Report) -> String {
     let mut text = String::new();
@@ -62,12 +62,12 @@ fn full_name(base: &str, channel: Option<&str>) -> String {
     }
 }
 
-/// Value +/- error (percent), the value to the error's second digit.
+/// A value +/- its error (percent), with the value to the second digit of the error.
 fn with_error(value: f64, error: Option<f64>, unit: &str) -> String {
     let Some(error) = error.filter(|e| *e > 0.0) else { return format!("{}{unit}", significant(value)) };
     let percent = 100.0 * (error / value).abs();
     let percent = if percent.is_finite() { format!(" ({} %)", digits(percent, 2)) } else { String::new() };
-    // A digit of the value beyond the error's second carries nothing; fifteen is all that there is.
+    // Digits of the value beyond the second digit of the error mean nothing, and a double has only fifteen.
     let digits_kept = 2.0 + (value.abs() / error).log10().floor().max(0.0);
     let kept = (1..=15_u8).find(|n| f64::from(*n) >= digits_kept).unwrap_or(15);
     format!("{}{unit} +/- {}{percent}", digits(value, usize::from(kept)), digits(error, 2))
@@ -113,7 +113,7 @@ fn parameters(text: &mut String, report: &Report) -> std::fmt::Result {
     Ok(())
 }
 
-/// What is special about a parameter.
+/// A remark on the status of a parameter.
 fn remark(p: &Parameter) -> &str {
     match p.status.known() {
         Some(ParameterStatus::Free) if p.std_error.is_none() => "no error",
@@ -143,7 +143,7 @@ fn correlations(text: &mut String, report: &Report) -> std::fmt::Result {
     Ok(())
 }
 
-/// Four digits of a number that may be unknown.
+/// A number to four digits, or a dash if it is unknown.
 fn or_dash(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| digits(value, 4))
 }
@@ -153,7 +153,7 @@ fn metrics(e: &ErrorRecord) -> String {
     Metric::ALL.map(|metric| format!("{} {}", metric.name(), or_dash(e.of(metric)))).join(", ")
 }
 
-/// Angles, and ranges of angles as `20..25`.
+/// A list of angles, with ranges written as `20..25`.
 fn angles(degrees: &[[f64; 2]]) -> String {
     let listed: Vec<String> = degrees
         .iter()

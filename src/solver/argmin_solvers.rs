@@ -1,6 +1,6 @@
-//! Other solvers for the final fit, to measure what Levenberg-Marquardt is worth: argmin's own.
+//! Other solvers for the final fit, from argmin, to measure the benefit of Levenberg-Marquardt.
 //!
-//! They know nothing of least squares or of bounds: they see one number, the cost, and for L-BFGS its gradient.
+//! They know neither least squares nor bounds: they see only one number, the cost, and for L-BFGS its gradient.
 //!
 //! - `l-bfgs` (Liu and Nocedal 1989, doi:10.1007/BF01589116) with the line search of More and Thuente 1994
 //!   (doi:10.1145/192115.192132), on variables u with x = lo + (hi - lo) (1 + sin u)/2, which cannot leave
@@ -10,7 +10,7 @@
 //!   the bounds, one of them at the start of the fit. It has no test of convergence: it ends at the
 //!   limit of iterations.
 //!
-//! The best point that any of them has evaluated is the result, so that none makes the start worse.
+//! The result is the best point that the solver evaluated, so none makes the start worse.
 
 use super::least_squares::{LeastSquares, Linearisation};
 use super::termination::{Limits, Observer, Solution, Termination};
@@ -30,19 +30,20 @@ use rand_pcg::Pcg64Mcg;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::cell::RefCell;
 
-/// Which of argmin's solvers minimises.
+/// The choice of argmin's solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ArgminSolver {
-    /// Limited-memory quasi-Newton: the gradient alone.
+    /// Limited-memory quasi-Newton method, which uses only the gradient.
     LBfgs,
-    /// A simplex: no derivatives.
+    /// Simplex method, which uses no derivatives.
     NelderMead,
-    /// A random search: no derivatives.
+    /// Random search, which uses no derivatives.
     ParticleSwarm,
 }
 
 impl ArgminSolver {
-    /// Iterations that take about as long as `wanted` of Levenberg-Marquardt are worth, for `n` parameters.
+    /// Number of iterations, for `n` parameters, that take about as long as `wanted` iterations of
+    /// Levenberg-Marquardt.
     fn iterations(self, wanted: u64, n: usize) -> u64 {
         match self {
             Self::ParticleSwarm => wanted,
@@ -52,30 +53,32 @@ impl ArgminSolver {
     }
 }
 
-/// A change of the cost below this share of the start's ends L-BFGS; for Nelder-Mead it is the standard
-/// deviation of the simplex's costs.
+/// L-BFGS ends if the cost changes by less than this fraction of the start's cost. Nelder-Mead ends if the standard
+/// deviation of the simplex's costs is below it.
 const COST_TOLERANCE: f64 = 1e-13;
-/// L-BFGS ends where the gradient of cost/start cost in the variables u is shorter than this.
+/// L-BFGS ends if the gradient of cost/start cost in the variables u is shorter than this.
 const GRADIENT_TOLERANCE: f64 = 1e-9;
-/// Where the line search fails although the residuals are orthogonal to every parameter's effect to this,
-/// rounding made it fail, at a minimum.
+/// If the line search fails although the residuals are orthogonal to every parameter's effect to within this cosine,
+/// it failed because of rounding at a minimum.
 const COSINE_TOLERANCE: f64 = 1e-6;
-/// Pairs of steps and gradients that L-BFGS remembers.
+/// Number of pairs of steps and gradients that L-BFGS keeps.
 const MEMORY: usize = 10;
-/// Trials of one line search; few take more than five.
+/// Largest number of trials of one line search; few take more than five.
 const LINE_SEARCH_ITERATIONS: u64 = 40;
-/// The edge of the first simplex, in the variables u, which run over pi between two bounds.
+/// Edge length of the first simplex in the variables u, which span pi between two bounds.
 const SIMPLEX_EDGE: f64 = 0.1;
-/// Particles of the swarm.
+/// Number of particles of the swarm.
 const PARTICLES: usize = 40;
-/// At a bound d x/d u is 0, and no gradient leads away: a start there begins this share of the range inside.
+/// At a bound dx/du is 0 and no gradient leads away, so a start at a bound is moved inside by this fraction of the
+/// range.
 const START_INSIDE: f64 = 1e-6;
-/// A result this close to a bound, as a share of the range, is tried at the bound, which u reaches only slowly.
+/// A result this close to a bound, as a fraction of the range, is also tried at the bound, because u approaches it
+/// only slowly.
 const NEAR_BOUND: f64 = 1e-5;
-/// Tells the swarm's random numbers from the other draws with the same seed.
+/// Makes the swarm's random numbers differ from the other draws with the same seed.
 const SWARM_STREAM: u64 = 0x0073_7761_726d;
 
-/// A point of argmin's solvers, and its gradient.
+/// A point in the variables of argmin's solvers, or a gradient there.
 type Point = Vec<f64>;
 type PointState = IterState<Point, Point, (), (), (), f64>;
 type SimplexState = IterState<Point, (), (), (), (), f64>;
@@ -84,7 +87,7 @@ type Swarm = PopulationState<Particle<Point, f64>, f64>;
 /// Minimises a problem from `start`, which has at least one parameter, with one of argmin's own solvers.
 ///
 /// # Errors
-/// [`Error::Optimiser`] if argmin itself fails, which is a defect.
+/// [`Error::Optimiser`] if argmin itself fails, which is a bug.
 pub(super) fn minimise_by_argmin<P: LeastSquares>(
     kind: ArgminSolver,
     problem: &P,
@@ -144,12 +147,12 @@ enum Ended {
     LineSearchFailed,
 }
 
-/// A solver that also ends when it is told to.
+/// A solver that also ends when it is stopped from outside.
 #[derive(Clone)]
 struct Watched<S> {
     solver: S,
     limits: Limits,
-    /// Why it was stopped, once it was.
+    /// Why it was stopped; `None` until it is.
     stopped: Option<Termination>,
 }
 
@@ -191,9 +194,9 @@ impl<O, I: State, S: Solver<O, I>> Solver<O, I> for Watched<S> {
     }
 }
 
-/// A line search that fails when it is told to end, or takes too long.
+/// A line search that fails if it is stopped or takes too long.
 ///
-/// One that merely ended would leave no point behind, which argmin's quasi-Newton methods do not expect.
+/// If it only ended, it would leave no point behind, which argmin's quasi-Newton methods do not expect.
 #[derive(Clone)]
 struct Capped<S> {
     search: S,
@@ -235,7 +238,7 @@ impl<S: LineSearch<Point, f64>> LineSearch<Point, f64> for Capped<S> {
     }
 }
 
-/// Tells an observer of each iteration, in the problem's own cost.
+/// Passes each iteration to an observer, with the cost in the problem's own unit.
 struct ScaledObserver {
     observer: Observer,
     scale: f64,
@@ -248,7 +251,7 @@ impl<I: State<Float = f64>> Observe<I> for ScaledObserver {
     }
 }
 
-/// How a variable u of a solver makes a parameter x.
+/// The relation between a variable u of a solver and a parameter x.
 #[derive(Clone, Copy)]
 enum Axis {
     /// x = lo + (hi - lo) (1 + sin u)/2.
@@ -266,7 +269,7 @@ impl Axis {
         }
     }
 
-    /// x and d x/d u.
+    /// x and dx/du.
     fn at(self, u: f64) -> (f64, f64) {
         match self {
             Self::Plain(low, high) => (u.clamp(low, high), if u > low && u < high { 1.0 } else { 0.0 }),
@@ -277,7 +280,7 @@ impl Axis {
         }
     }
 
-    /// The variable of a parameter at the start, a little inside its bounds.
+    /// The variable of a parameter at the start, moved a little inside its bounds.
     fn start(self, x: f64) -> f64 {
         match self {
             Self::Plain(..) => x,
@@ -289,7 +292,7 @@ impl Axis {
     }
 }
 
-/// The cost as argmin's solvers see it: of the variables u, as a multiple of the cost at the start.
+/// The cost as argmin's solvers see it: a function of the variables u, relative to the cost at the start.
 struct PlainCost<'p, P> {
     problem: &'p P,
     axes: Vec<Axis>,
@@ -297,16 +300,16 @@ struct PlainCost<'p, P> {
     record: RefCell<Record>,
 }
 
-/// What has been evaluated.
+/// The points evaluated so far.
 struct Record {
-    /// The last point, where the gradient is asked for after the cost.
+    /// The last point, because the gradient is requested after the cost.
     last: Option<(Point, Linearisation)>,
     best: (DVector<f64>, Linearisation),
     evaluations: u64,
 }
 
 impl<P: LeastSquares> PlainCost<'_, P> {
-    /// Evaluates at the parameters themselves; remembers the best.
+    /// Evaluates the problem at the parameters themselves, and stores the best point.
     fn linearise(&self, x: DVector<f64>) -> Linearisation {
         let model = self.problem.linearise(&x);
         let mut record = self.record.borrow_mut();
@@ -317,13 +320,13 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         model
     }
 
-    /// The cost at `u`, and the gradient where it is asked for.
+    /// The cost at `u`, and its gradient if requested.
     fn evaluate(&self, u: &[f64], gradient: bool) -> (f64, Point) {
         let known = self.record.borrow_mut().last.take().filter(|(at, _)| at == u);
         let (x, slopes): (Point, Point) = self.axes.iter().zip(u).map(|(axis, u)| axis.at(*u)).unzip();
         let n = x.len();
         let model = known.map_or_else(|| self.linearise(DVector::from_vec(x)), |(_, model)| model);
-        // A cost that is not a number is worse than any.
+        // A cost that is not a number counts as worse than any other.
         let cost = if model.cost.is_finite() { model.cost / self.scale } else { f64::INFINITY };
         let mut g = Point::new();
         if gradient {
@@ -338,7 +341,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         self.axes.iter().zip(x.iter()).map(|(axis, x)| axis.start(*x)).collect()
     }
 
-    /// Moves what ended next to a bound onto it, where that is no worse.
+    /// Moves parameters that ended next to a bound onto it, if that is no worse.
     fn try_bounds(&self, bounds: &[(f64, f64)]) {
         let (mut x, cost) = {
             let record = self.record.borrow();
@@ -396,7 +399,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
                 })
             }
             (_, Some(stopped)) => Ended::With(stopped),
-            // The line search may have been the one to be stopped.
+            // The line search may have been stopped instead of the solver.
             _ => match result.solver.limits.reason(0) {
                 Some(stopped) => Ended::With(stopped),
                 None => Ended::LineSearchFailed,
@@ -441,7 +444,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
         observer: Option<ScaledObserver>,
         seed: u64,
     ) -> Result<(Ended, u64), argmin::core::Error> {
-        // Where there is no bound the box reaches ten times as far as the start.
+        // If there is no bound, the box extends ten times as far as the start.
         let edge = |bound: f64, x: f64| {
             if bound.is_finite() { bound } else { x + bound.signum() * 10.0 * (1.0 + x.abs()) }
         };
@@ -460,7 +463,7 @@ impl<P: LeastSquares> PlainCost<'_, P> {
             let (cost, _) = self.evaluate(&place, false);
             particles.push(Particle::new(place, cost, velocity));
         }
-        // argmin's own randomness is of another version of rand than ours.
+        // argmin's random numbers use another version of rand than ours.
         let numbers =
             <Xoshiro256PlusPlus as rand_xoshiro::rand_core::SeedableRng>::seed_from_u64(seed ^ SWARM_STREAM);
         let solver = ParticleSwarm::new((low, high), PARTICLES).with_rng_generator(numbers);
@@ -558,12 +561,12 @@ mod tests {
 
     #[test]
     fn bounds_are_kept_reached_and_left() {
-        // With x at most 0.5 the minimum is x = 0.5, y = 0.25: the valley's floor at the bound.
+        // With x at most 0.5 the minimum is at x = 0.5, y = 0.25: on the valley's floor at the bound.
         for kind in OTHERS {
             let solution = solve(kind, [(-2.0, 0.5), (-10.0, 10.0)], [-1.2, 1.0], Limits::iterations(300));
             assert_eq!(solution.x[0], 0.5, "{kind:?}");
             assert_relative_eq!(solution.x[1], 0.25, max_relative = 1e-3);
-            // The start lies on two bounds, the minimum inside.
+            // The start lies on two bounds, and the minimum inside.
             let solution = solve(kind, [(-2.0, 2.0), (-1.0, 1.5)], [-2.0, 1.5], Limits::iterations(300));
             assert_relative_eq!(solution.x[0], 1.0, max_relative = 1e-2);
         }

@@ -1,13 +1,13 @@
 //! One step of a bounded least-squares fit: the minimum of a damped linear model within a box.
 //!
-//! The solution in the parameters that are free comes from a QR factorisation of (J; sqrt(lambda) D), never from
-//! the normal equations, which would halve the digits. Bounds are an active set: parameters that would leave are
-//! held at their bound, and let go once the model wants them back.
+//! The free parameters are solved for by a QR factorisation of (J; sqrt(lambda) D), never by the normal equations,
+//! which would halve the number of digits. Bounds are handled as an active set: parameters that would leave are held
+//! at their bound, and are released once the model pushes them back inside.
 
 use super::least_squares::{Linearisation, held};
 use nalgebra::{DMatrix, DVector};
 
-/// Below this damping makes no difference, but keeps a rank-deficient model solvable.
+/// Least damping. It makes no difference, except that a rank-deficient model remains solvable.
 const LAMBDA_FLOOR: f64 = 1e-16;
 
 /// The damped linear model |J p + r|^2 + lambda |D p|^2 for p within `room`.
@@ -18,7 +18,7 @@ struct BoundedModel<'m> {
     room: &'m [(f64, f64)],
 }
 
-/// The p within `room` that minimises |J p + r|^2 + lambda |D p|^2, D being `scale`.
+/// The p within `room` that minimises |J p + r|^2 + lambda |D p|^2, where D is `scale`.
 pub(crate) fn bounded_step(
     model: &Linearisation,
     scale: &DVector<f64>,
@@ -31,12 +31,12 @@ pub(crate) fn bounded_step(
 }
 
 impl BoundedModel<'_> {
-    /// Half the slope.
+    /// Half the gradient at `p`.
     fn slope_at(&self, p: &DVector<f64>) -> DVector<f64> {
         self.model.slope_at(p) + self.scale.component_mul(self.scale).component_mul(p) * self.lambda
     }
 
-    /// Which parameters may move at step `p`.
+    /// Whether each parameter may move at step `p`.
     fn free_at(&self, p: &DVector<f64>) -> Vec<bool> {
         let slope = self.slope_at(p);
         let entries = slope.iter().zip(p.iter()).zip(self.room);
@@ -47,10 +47,10 @@ impl BoundedModel<'_> {
         damped_solution(self.model, self.scale, self.lambda, p, free)
     }
 
-    /// The minimum in a few solutions, however many parameters are held: all that would leave stop at their
-    /// bounds at once, and all that want back are let go at once. `None` if that goes round in circles.
+    /// Finds the minimum in a few solutions, however many parameters are held: all parameters that would leave stop at
+    /// their bounds at once, and all that are pushed back inside are released at once. `None` if that does not settle.
     fn by_clamping(&self) -> Option<DVector<f64>> {
-        /// Rounds of letting parameters go from their bounds; where it ends at all, it ends sooner.
+        /// Largest number of rounds of releasing parameters from their bounds; if it settles at all, it takes fewer.
         const ROUNDS: usize = 8;
         let mut p = DVector::zeros(self.scale.len());
         let mut free = self.free_at(&p);
@@ -84,18 +84,20 @@ impl BoundedModel<'_> {
         None
     }
 
-    /// The minimum by steps that each go down: towards the solution in the free parameters up to the first
-    /// bound, which is held from there on; at a solution, the held parameter that wants back most is let go.
+    /// Finds the minimum by steps that each lower the cost: towards the solution in the free parameters, as far as the
+    /// first bound, whose parameter is then held. At a solution, the held parameter that is pushed back inside most
+    /// strongly is released.
     fn by_descent(&self) -> DVector<f64> {
         let n = self.scale.len();
         let mut p = DVector::zeros(n);
         let mut free = self.free_at(&p);
-        // Every parameter is held and let go a few times at most; this only ends what rounding prolongs.
+        // Every parameter is held and released a few times at most; the limit only ends what rounding errors would
+        // prolong.
         for _ in 0..10 * n {
             let mut direction = self.solve(&p, &free) - &p;
             let held = direction.iter_mut().zip(&free).filter(|(_, free)| !**free);
             held.for_each(|(entry, _)| *entry = 0.0);
-            // The share of the way to the bound that is met first.
+            // The fraction of the way to the first bound.
             let mut share = 1.0;
             let mut blocking = None;
             for (j, ((d, p), &(low, high))) in direction.iter().zip(p.iter()).zip(self.room).enumerate() {
@@ -122,22 +124,21 @@ impl BoundedModel<'_> {
     }
 }
 
-/// A block's own parameters, solved for up to the shared ones: R x = right - coupling s.
+/// A block's own parameters x, solved for as a function of the shared ones s: R x = right - coupling s.
 struct Eliminated {
     own: Vec<usize>,
     /// R.
     factor: DMatrix<f64>,
-    /// Right-hand side, then one column per shared parameter of the block.
+    /// The right-hand side, then one column per shared parameter of the block.
     coupling: DMatrix<f64>,
     shared: Vec<usize>,
 }
 
-/// The damped least-squares solution in the parameters that are `free`, the others held at their value in
-/// `p`.
+/// The damped least-squares solution in the parameters that are `free`; the others are held at their value in `p`.
 ///
-/// Parameters that only one block of rows knows are eliminated there, by an orthogonal transformation
-/// that leaves rows in the shared parameters alone; those are solved together, and the eliminated ones
-/// follow. With one block per channel the cost grows with the number of channels, not with its cube.
+/// Parameters that only one block of rows involves are eliminated there by an orthogonal transformation, which leaves
+/// rows in the shared parameters only. The shared parameters are then solved for together, and the eliminated ones
+/// follow. With one block per channel, the cost grows with the number of channels, not with its cube.
 fn damped_solution(
     model: &Linearisation,
     scale: &DVector<f64>,
@@ -151,7 +152,7 @@ fn damped_solution(
     held.iter_mut().zip(free).filter(|(_, free)| **free).for_each(|(value, _)| *value = 0.0);
 
     let uses = model.uses(n);
-    // Free parameters that no row knows stay where they are: damping alone acts on them.
+    // Free parameters that no row involves stay where they are, because only damping acts on them.
     let shared: Vec<usize> = (0..n).filter(|j| free[*j] && uses[*j] > 1).collect();
 
     let mut eliminated: Vec<Eliminated> = Vec::with_capacity(model.blocks.len());
@@ -162,8 +163,8 @@ fn damped_solution(
         };
         let (own, others) = (pick(true), pick(false));
         let (height, width) = (rows.jacobian.nrows(), own.len());
-        // Right-hand side and shared columns, with zeros beside the damping of the own parameters. Columns are
-        // scaled: the solution does not depend on the parameters' units.
+        // The right-hand side and the shared columns, with zeros in the rows that damp the own parameters. The columns
+        // are scaled, so that the solution does not depend on the parameters' units.
         let mut coupling = DMatrix::zeros(height + width, 1 + others.len());
         let fixed = rows.columns.iter().map(|j| held[*j]);
         let fixed = DVector::from_iterator(rows.columns.len(), fixed);
@@ -179,7 +180,7 @@ fn damped_solution(
         eliminated.push(Eliminated { own, factor: qr.r(), coupling, shared: others });
     }
 
-    // The rows left over, all in the shared parameters.
+    // The remaining rows, all in the shared parameters.
     let mut position = vec![usize::MAX; n];
     shared.iter().enumerate().for_each(|(k, j)| position[*j] = k);
     let height: usize = remainders.iter().map(|(rows, _)| rows.nrows()).sum();
@@ -223,7 +224,7 @@ mod tests {
 
     #[test]
     fn bounded_steps_are_minima_of_the_model() {
-        // Columns that are nearly alike push each other through their bounds and back.
+        // Nearly equal columns push each other through their bounds and back.
         let n = 9;
         let mut state = 1_u64;
         let mut random = || {

@@ -1,4 +1,4 @@
-//! The solver of the final fit, as a user chooses it.
+//! The solver of the final fit, chosen by the user.
 
 #[cfg(feature = "solvers")]
 use super::argmin_solvers::{ArgminSolver, minimise_by_argmin};
@@ -8,20 +8,20 @@ use super::termination::{Limits, Solution, Tolerances};
 use crate::error::Error;
 use nalgebra::DVector;
 
-/// What minimises the cost in the final fit. All but the first need the feature `solvers`, and serve comparison.
+/// The optimiser of the final fit. All but the first need the feature `solvers` and are for comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum SolverKind {
-    /// Our own, for least squares within bounds.
+    /// Our own Levenberg-Marquardt method, for least squares within bounds.
     #[default]
     LevenbergMarquardt,
-    /// Limited-memory quasi-Newton, which knows the gradient alone.
+    /// Limited-memory quasi-Newton method, which uses only the gradient.
     #[cfg(feature = "solvers")]
     LBfgs,
-    /// A simplex, which knows no derivatives.
+    /// Simplex method, which uses no derivatives.
     #[cfg(feature = "solvers")]
     NelderMead,
-    /// A random search, which knows no derivatives.
+    /// Random search, which uses no derivatives.
     #[cfg(feature = "solvers")]
     ParticleSwarm,
 }
@@ -42,11 +42,11 @@ impl SolverKind {
     }
 }
 
-/// Minimises a problem from `start` with a solver of choice. `tolerances` are Levenberg-Marquardt's, the others have
-/// their own; `seed` is that of the particle swarm.
+/// Minimises a problem from `start` with the solver given. `tolerances` apply to Levenberg-Marquardt only; the other
+/// solvers have their own. `seed` is for the particle swarm.
 ///
 /// # Errors
-/// [`Error::Optimiser`] if argmin itself fails, which is a defect.
+/// [`Error::Optimiser`] if argmin itself fails, which is a bug.
 #[cfg_attr(not(feature = "solvers"), expect(unused_variables, reason = "one solver needs no seed"))]
 pub fn minimise_with<P: LeastSquares>(
     kind: SolverKind,
@@ -64,7 +64,7 @@ pub fn minimise_with<P: LeastSquares>(
             SolverKind::NelderMead => Some(ArgminSolver::NelderMead),
             SolverKind::ParticleSwarm => Some(ArgminSolver::ParticleSwarm),
         };
-        // Without parameters there is nothing to search.
+        // Without parameters there is nothing to search for.
         if let Some(other) = other.filter(|_| !start.is_empty()) {
             return minimise_by_argmin(other, problem, &start, limits, seed);
         }

@@ -6,16 +6,16 @@ use nalgebra::DVector;
 /// The cost on part of the samples plus a linear function that gives it the gradient of the whole at one point.
 pub(crate) struct Corrected<'p, P> {
     part: &'p P,
-    /// Half the gradient of the whole less that of the part.
+    /// Half the difference between the gradient of the whole and that of the part.
     slope: DVector<f64>,
-    /// Where they were computed.
+    /// The point at which the gradients were computed.
     origin: DVector<f64>,
-    /// Lengths of the part's columns there.
+    /// Lengths of the part's columns at that point.
     scale: DVector<f64>,
 }
 
-/// Length of the entries that carry the correction, relative to the column: they falsify its curvature by the square of
-/// this.
+/// Size of the entries that carry the correction, relative to the column. They change the column's curvature by a
+/// relative error of the square of this.
 const CORRECTION_SHARE: f64 = 1e-4;
 
 impl<'p, P: LeastSquares> Corrected<'p, P> {
@@ -37,8 +37,8 @@ impl<P: LeastSquares> LeastSquares for Corrected<'_, P> {
         assert_eq!(x.len(), self.origin.len(), "number of parameters");
         let mut model = self.part.linearise(x);
         model.cost += 2.0 * self.slope.dot(&(x - &self.origin));
-        // A row with the entry e and the residual s/e has the gradient s. It goes to a block that knows the
-        // parameter already, so that blocks stay as independent as they were.
+        // A row with the entry e and the residual s/e has the gradient s. It is added to a block that already involves
+        // the parameter, so that the blocks stay as independent as they were.
         let mut carried = vec![false; x.len()];
         for rows in &mut model.blocks {
             for (local, column) in rows.columns.iter().copied().enumerate() {
@@ -80,7 +80,7 @@ mod tests {
         let (wanted, found) =
             (model.slope_at(&DVector::zeros(2)), corrected.linearise(&x).slope_at(&DVector::zeros(2)));
         assert_relative_eq!(wanted, found, max_relative = 1e-10);
-        // The cost has the same gradient as the rows, elsewhere too.
+        // The cost has the same gradient as the rows at other points too.
         let (there, step) = (DVector::from_vec(vec![4.2, 1.2]), 1e-5);
         let slope = corrected.linearise(&there).slope_at(&DVector::zeros(2));
         for axis in 0..2 {

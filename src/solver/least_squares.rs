@@ -1,4 +1,4 @@
-//! What the solver needs to know of a problem.
+//! The interface between the solver and a problem.
 
 use crate::math::count;
 use nalgebra::{DMatrix, DVector};
@@ -15,7 +15,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Takes from a vector over all parameters the entries that belong to these columns.
+    /// The entries of a vector over all parameters that belong to these columns.
     fn gather(&self, p: &DVector<f64>) -> DVector<f64> {
         DVector::from_iterator(self.columns.len(), self.columns.iter().map(|column| p[*column]))
     }
@@ -40,17 +40,17 @@ impl Rows {
     }
 }
 
-/// Whether a slope pushes a value out of its bounds, or nowhere.
+/// Whether the slope pushes a value out of its bounds, or does not push it at all.
 pub(super) fn held((low, high): (f64, f64), value: f64, slope: f64) -> bool {
     (value <= low && slope >= 0.0) || (value >= high && slope <= 0.0)
 }
 
 /// A sum of squares and its linear model at one point.
 ///
-/// The rows need not be those of the Jacobian itself: any with the same J^T J and J^T r describe the same
-/// linear model, in particular the triangular factors that a stream of samples is compressed to. Rows
-/// that involve the same parameters form a block; a solver may eliminate a parameter that only one
-/// block knows before it turns to those that several share.
+/// The rows need not be those of the Jacobian itself. Any rows with the same J^T J and J^T r describe the same linear
+/// model; in particular, so do the triangular factors that a stream of samples is compressed to. Rows that involve the
+/// same parameters form a block. A solver may eliminate a parameter that only one block involves before it solves for
+/// the parameters that several blocks share.
 #[derive(Clone, Debug)]
 pub struct Linearisation {
     /// The sum of squared residuals.
@@ -74,7 +74,8 @@ impl Linearisation {
         self.cost.is_finite() && self.blocks.iter().all(finite)
     }
 
-    /// Panics unless each block has a column per parameter that it names, all of them among `n`, and a residual per row.
+    /// Panics unless each block has one column per parameter that it names, all of them below `n`, and one residual
+    /// per row.
     fn check(&self, n: usize) {
         for Rows { columns, jacobian, residual } in &self.blocks {
             assert_eq!(jacobian.shape(), (residual.len(), columns.len()), "shape of a block of the Jacobian");
@@ -82,7 +83,7 @@ impl Linearisation {
         }
     }
 
-    /// J^T (J p + r): half the slope of the model's sum of squares at step `p`.
+    /// J^T (J p + r), half the gradient of the model's sum of squares at step `p`.
     #[must_use]
     pub fn slope_at(&self, p: &DVector<f64>) -> DVector<f64> {
         self.check(p.len());
@@ -94,7 +95,7 @@ impl Linearisation {
         slope
     }
 
-    /// By how much the model's sum of squares falls with step `p`.
+    /// The decrease of the model's sum of squares by step `p`.
     #[must_use]
     pub fn decrease(&self, p: &DVector<f64>) -> f64 {
         self.check(p.len());
@@ -105,7 +106,8 @@ impl Linearisation {
         self.blocks.iter().map(of_block).sum()
     }
 
-    /// Largest cosine between the residuals and the column of a parameter that its bounds let move from `x`.
+    /// The largest cosine between the residuals and the column of any parameter that can move from `x` within its
+    /// bounds.
     pub(super) fn largest_cosine(&self, x: &DVector<f64>, bounds: &[(f64, f64)]) -> f64 {
         let gradient = self.slope_at(&DVector::zeros(x.len()));
         let lengths = self.column_lengths(x.len()) * self.cost.sqrt();
@@ -116,7 +118,8 @@ impl Linearisation {
             .fold(0.0, f64::max)
     }
 
-    /// How many blocks know each of `n` parameters. What only one knows can be eliminated there.
+    /// The number of blocks that involve each of `n` parameters. A parameter that only one block involves can be
+    /// eliminated there.
     pub(super) fn uses(&self, n: usize) -> Vec<usize> {
         self.check(n);
         let mut uses = vec![0_usize; n];
@@ -126,7 +129,7 @@ impl Linearisation {
         uses
     }
 
-    /// Length of the Jacobian's column of each of `n` parameters.
+    /// The length of the Jacobian's column for each of `n` parameters.
     #[must_use]
     pub fn column_lengths(&self, n: usize) -> DVector<f64> {
         self.check(n);
@@ -139,9 +142,9 @@ impl Linearisation {
         squares.map(f64::sqrt)
     }
 
-    /// The standard deviation of each of `n` parameters, none of them at a bound:
-    /// sqrt(diag((J^T J)^-1) cost / dof), for independent residuals of equal variance. Correct at the minimum
-    /// only. `None` without degrees of freedom, or where the rows do not determine every parameter.
+    /// The standard deviation of each of `n` parameters if none of them is at a bound: sqrt(diag((J^T J)^-1) cost /
+    /// dof), for independent residuals of equal variance. It is correct only at the minimum. `None` without degrees of
+    /// freedom, or if the rows do not determine every parameter.
     #[must_use]
     pub fn standard_deviations(&self, n: usize, dof: usize) -> Option<DVector<f64>> {
         let lengths = self.column_lengths(n);
@@ -149,21 +152,22 @@ impl Linearisation {
         if dof == 0 || design.nrows() < n {
             return None;
         }
-        // Columns of unit length: the condition number does not depend on the parameters' units.
+        // With columns of unit length, the condition number does not depend on the parameters' units.
         for (mut column, length) in design.column_iter_mut().zip(lengths.iter()) {
             column /= *length;
         }
-        // (J^T J)^-1 = R^-1 R^-T, so that a row of R^-1 is as long as the parameter is uncertain.
+        // (J^T J)^-1 = R^-1 R^-T, so the length of a row of R^-1 is the uncertainty of its parameter.
         let inverse = design.qr().r().solve_upper_triangular(&DMatrix::identity(n, n))?;
         let amplification = DVector::from_iterator(n, inverse.row_iter().map(|row| row.norm()));
-        // The inverse of a column's distance from what the others span: beyond this the distance is rounding.
+        // The inverse of the distance of a column from the span of the others. Beyond this limit the distance is only
+        // rounding error.
         if !amplification.iter().all(|a| *a < 0.1 / f64::EPSILON) {
             return None;
         }
         Some(amplification.component_div(&lengths) * (self.cost / count(dof)).sqrt())
     }
 
-    /// All rows over all of `n` parameters.
+    /// All rows as a dense matrix over all `n` parameters.
     #[must_use]
     pub fn matrix(&self, n: usize) -> DMatrix<f64> {
         self.check(n);
@@ -181,9 +185,9 @@ impl Linearisation {
     }
 }
 
-/// A problem of the form: minimise the sum of squared residuals within bounds.
+/// A problem that consists of minimising a sum of squared residuals within bounds.
 ///
-/// Problems need not be about reflectance. An exponential decay y = a e^(-k t) with k at least 0:
+/// Problems need not be about reflectance. This one is an exponential decay y = a e^(-k t) with k at least 0:
 ///
 /// ```
 /// use brdfit::solver::{LeastSquares, Limits, Linearisation, Tolerances, minimise};
@@ -226,15 +230,15 @@ impl Linearisation {
 /// # Ok::<(), brdfit::Error>(())
 /// ```
 pub trait LeastSquares {
-    /// The sum of squares and its linear model at `x`, which lies within the bounds. A cost that is not
-    /// finite, or rows that are not, tell the solver to stay away. Derivatives must belong to the residuals:
-    /// the solver trusts them more than the cost when it comes to the last digits.
+    /// The sum of squares and its linear model at `x`, which lies within the bounds. If the cost or a row is not
+    /// finite, the solver stays away from `x`. The derivatives must be those of the residuals, because for the last
+    /// digits the solver trusts them more than the cost.
     fn linearise(&self, x: &DVector<f64>) -> Linearisation;
 
-    /// Smallest and largest value of each parameter; infinite where there is no bound.
+    /// The smallest and the largest value of each parameter; infinite if it has no bound.
     fn bounds(&self) -> Vec<(f64, f64)>;
 
-    /// The cost below which there is nothing but rounding.
+    /// The cost below which only rounding errors are left.
     fn cost_floor(&self) -> f64 {
         0.0
     }
@@ -258,7 +262,7 @@ mod tests {
         assert_relative_eq!(found[0], (variance * (0.25 + mean * mean / sxx)).sqrt(), max_relative = 1e-14);
         assert_relative_eq!(found[1], (variance / sxx).sqrt() * 1e-6, max_relative = 1e-14);
 
-        // Twice the same column, a column of zeros, and no degrees of freedom.
+        // Two equal columns, a column of zeros, and no degrees of freedom.
         let twice = DMatrix::from_columns(&[jacobian.column(1), jacobian.column(1)]);
         assert!(Linearisation::dense(twice, residual.clone()).standard_deviations(2, 2).is_none());
         let nothing = DMatrix::from_fn(4, 2, |i, column| if column == 0 { x[i] } else { 0.0 });

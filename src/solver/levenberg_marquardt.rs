@@ -1,19 +1,19 @@
-//! Levenberg-Marquardt within bounds, as a solver for argmin.
+//! The Levenberg-Marquardt method within bounds, as a solver for argmin.
 //!
-//! Each step minimises the linear model |J p + r|^2 over all p that stay within the bounds and within the
-//! trust region |D p| <= radius. D holds the largest column norms of J seen so far (More 1978), which makes
-//! the steps independent of the parameters' units; the radius follows the agreement of the model with the
-//! true cost. A step on the rim minimises the damped model |J p + r|^2 + lambda |D p|^2 for the lambda that
-//! makes it as long as the radius; `bounded_step` solves for it.
+//! Each step minimises the linear model |J p + r|^2 over all p that stay within the bounds and within the trust region
+//! |D p| <= radius. D holds the largest column norms of J seen so far (More 1978), which makes the steps independent
+//! of the parameters' units. The radius is adapted to how well the model agrees with the true cost. A step on the edge
+//! of the trust region minimises the damped model |J p + r|^2 + lambda |D p|^2 for the lambda that makes it as long as
+//! the radius; `bounded_step` solves for it.
 //!
-//! Where the residuals stay large and are curved, undamped steps converge slowly: each is a fixed share of
-//! the last along several directions at once. The last few of them tell those shares, and the point where
-//! they would end (Anderson 1965; Walker and Ni 2011, doi:10.1137/10078356X) is tried first.
+//! If the residuals stay large and are curved, undamped steps converge slowly: along several directions at once, each
+//! step is a fixed fraction of the last. The last few steps reveal those fractions, and the point where the sequence
+//! would end (Anderson 1965; Walker and Ni 2011, doi:10.1137/10078356X) is tried first.
 //!
-//! Near a minimum the cost is flat: a change of the parameters by the square root of the rounding error
-//! changes it by no more than rounding, and a search that judges steps by the cost stops there, with half
-//! of the digits. The gradient is not flat. So once the search has ended, undamped steps go on as long as
-//! each is shorter than the last, whatever the cost does within its rounding.
+//! Near a minimum the cost is flat: if the parameters change by the square root of the rounding error, the cost
+//! changes by no more than rounding, so a search that judges steps by the cost stops there with half of the digits.
+//! The gradient is not flat. So once the search has ended, undamped steps continue as long as each is shorter than the
+//! last, however the cost changes within its rounding error.
 
 use super::bounded_step::bounded_step;
 use super::inverse::svd::Svd;
@@ -34,15 +34,15 @@ pub struct LevenbergMarquardt {
     lambda: f64,
     /// Radius of the trust region; `None` before the first step.
     radius: Option<f64>,
-    /// D: largest column norms so far.
+    /// D, the largest column norms so far.
     scale: DVector<f64>,
-    /// Cost that is nothing but rounding.
+    /// The cost below which only rounding errors are left.
     cost_floor: f64,
     current: Option<Point>,
     /// Why the search ended.
     termination: Option<Termination>,
     phase: Phase,
-    /// The last points that an undamped step was solved at, each with that step.
+    /// The last points at which an undamped step was solved for, each with that step.
     history: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
@@ -54,49 +54,49 @@ enum Phase {
     Over,
 }
 
-/// Undamped steps under way.
+/// The state of a sequence of undamped steps.
 #[derive(Clone)]
 struct Refinement {
-    /// Column lengths at the point where they began.
+    /// Column lengths at the point where the sequence began.
     scale: DVector<f64>,
     /// The next step.
     step: DVector<f64>,
-    /// The step to where the sequence would end, tried first.
+    /// The step to the point where the sequence would end, which is tried first.
     far: Option<DVector<f64>>,
-    /// Its length in units of `scale`; what must shrink.
+    /// The length of the step in units of `scale`, which must shrink.
     length: f64,
-    /// How many more may follow.
+    /// The number of steps that may still follow.
     left: u32,
-    /// Whether the search met no test before: then it goes on if these steps do not shrink to a length that
-    /// meets one, however many of them that takes.
+    /// Whether the search has not yet met any test. Then it continues if these steps do not shrink to a length that
+    /// meets one, however many steps that takes.
     open: bool,
 }
 
-/// Where the solver is, and the linear model there.
+/// A point and the linear model there.
 type Point = (DVector<f64>, Linearisation);
 
-/// A step that the trust region allows.
+/// A step within the trust region.
 struct Proposal {
     /// D.
     scale: DVector<f64>,
-    /// Radius of the trust region, in units of D like all lengths.
+    /// Radius of the trust region; like all lengths, in units of D.
     radius: f64,
     /// p.
     step: DVector<f64>,
     /// |D p|.
     length: f64,
-    /// By how much the linear model says that the undamped step lowers the cost.
+    /// The decrease of the cost that the linear model predicts for the undamped step.
     promise: f64,
-    /// The same of p.
+    /// The decrease that it predicts for p.
     predicted: f64,
     /// Whether p changes no parameter noticeably.
     is_small: bool,
-    /// Whether the undamped step would not lower the cost noticeably.
+    /// Whether the predicted decrease for the undamped step is not noticeable.
     promises_little: bool,
 }
 
-/// The parabola c(t) = c(0) + slope t + curvature t^2 through what is known of the cost along a step p, whose end is at
-/// t = 1.
+/// The parabola c(t) = c(0) + slope t + curvature t^2 through what is known about the cost along a step p, which ends
+/// at t = 1.
 #[derive(Clone, Copy)]
 struct AlongStep {
     slope: f64,
@@ -104,18 +104,18 @@ struct AlongStep {
 }
 
 impl AlongStep {
-    /// From the linear model at the beginning and the `gain` at the end.
+    /// The parabola from the linear model at the beginning of the step and the `gain` at its end.
     fn new(model: &Linearisation, step: &DVector<f64>, gain: f64) -> Self {
         let slope = 2.0 * model.slope_at(&DVector::zeros(step.len())).dot(step);
         Self { slope, curvature: -gain - slope }
     }
 
-    /// The t of the minimum after a step without gain; 0 if the cost is not finite at its end.
+    /// The t of the minimum after a step that gained nothing; 0 if the cost is not finite at the end of the step.
     fn share_to_minimum(self) -> f64 {
         if self.curvature.is_finite() { -self.slope / (2.0 * self.curvature) } else { 0.0 }
     }
 
-    /// The t of the minimum after a step that gained, at most [`LARGEST_MULTIPLE`].
+    /// The t of the minimum after a step that gained; at most [`LARGEST_MULTIPLE`].
     fn multiple_to_minimum(self) -> f64 {
         let least_curvature = -self.slope / LARGEST_MULTIPLE;
         (-self.slope / (2.0 * self.curvature).max(least_curvature)).min(LARGEST_MULTIPLE)
@@ -128,30 +128,32 @@ type LmState = IterState<DVector<f64>, (), (), (), (), f64>;
 /// Name under which argmin counts evaluations.
 const EVALUATIONS: &str = "linearise_count";
 
-/// A step on the rim need not be exactly as long as the radius, which is a rough number itself.
+/// Relative tolerance of the length of a step on the edge of the trust region; the radius itself is only a rough
+/// number.
 const RIM: f64 = 0.1;
-/// Trials of lambda for a step on the rim; five are rarely needed.
+/// Largest number of values of lambda tried for a step on the edge; five are rarely needed.
 const RIM_TRIALS: u32 = 30;
-/// Where the residuals are this many times as long as the start's effect, they decide how long the first step may be.
+/// If the residuals are this many times as large as the effect of the start, they decide how long the first step may
+/// be.
 const FAR: f64 = 1e6;
-/// A gain of less than this share of the predicted one shrinks the trust region.
+/// A gain below this fraction of the predicted one shrinks the trust region.
 const POOR_GAIN: f64 = 0.25;
-/// A gain of more than this share of the predicted one lets the trust region grow.
+/// A gain above this fraction of the predicted one lets the trust region grow.
 const GOOD_GAIN: f64 = 0.75;
-/// A step that gains this many times what the linear model predicted is too short: the residuals' own
-/// curvature, which the model leaves out, cancels most of J^T J. Steps would go on creeping in the
-/// same direction, so the minimum along it is tried at once.
+/// A step that gains this many times what the linear model predicted is too short: the residuals' own curvature, which
+/// the model ignores, cancels most of J^T J. Further steps would creep in the same direction, so the minimum along it
+/// is tried at once.
 const FAR_BETTER: f64 = 1.4;
-/// The most times its length that such a step is tried at.
+/// Largest multiple of its length at which such a step is tried.
 const LARGEST_MULTIPLE: f64 = 100.0;
-/// Number of past steps that tell where the sequence ends; more are rarely of use.
+/// Number of past steps used to predict where the sequence ends; more rarely help.
 const MEMORY: usize = 3;
-/// Steps that shrink faster than this need no help.
+/// Steps that shrink faster than this need no extrapolation.
 const FAST_SHRINKING: f64 = 0.1;
-/// Only where a step promises less than this share of the cost do large residuals stay.
+/// Residuals stay large only if the decrease predicted for a step is below this fraction of the cost.
 const LARGE_RESIDUAL_PROMISE: f64 = 0.1;
-/// The least gain at the end of a sequence of steps that converges, in promises of its next step: with the
-/// curvature 1 + s of the cost along it, in units of the model's, |s| < 1, the gain is 1/(1 + s).
+/// The least gain at the end of a converging sequence of steps, relative to the decrease predicted for its next step.
+/// If the cost along it has the curvature 1 + s in units of the model's, with |s| < 1, the gain is 1/(1 + s).
 const GAIN_AT_THE_END: f64 = 0.5;
 
 impl LevenbergMarquardt {
@@ -179,12 +181,12 @@ impl LevenbergMarquardt {
         self.scale.zip_apply(&lengths, |scale, length| *scale = scale.max(length));
     }
 
-    /// D with 1 for parameters that have had no effect yet.
+    /// D, with 1 for parameters that have had no effect yet.
     fn effective_scale(&self) -> DVector<f64> {
         self.scale.map(|s| if s > 0.0 { s } else { 1.0 })
     }
 
-    /// The point itself, or the closest within the bounds.
+    /// The point within the bounds that is closest to `x`.
     fn within_bounds(&self, mut x: DVector<f64>) -> DVector<f64> {
         for (value, &(lower, upper)) in x.iter_mut().zip(&self.bounds) {
             *value = value.clamp(lower, upper);
@@ -192,26 +194,26 @@ impl LevenbergMarquardt {
         x
     }
 
-    /// How far each parameter at `x` may move.
+    /// The distances that each parameter may move from `x`, down and up.
     fn room(&self, x: &DVector<f64>) -> Vec<(f64, f64)> {
         self.bounds.iter().zip(x.iter()).map(|(&(lower, upper), x)| (lower - x, upper - x)).collect()
     }
 
-    /// Tries one step of the search from `x`. Returns the next point; `None` where the search stays, or ends.
+    /// Tries one step of the search from `x`. Returns the next point; `None` if the search stays where it is, or ends.
     fn step(
         &mut self,
         x: &DVector<f64>,
         model: &Linearisation,
         mut evaluate: impl FnMut(&DVector<f64>) -> Result<Linearisation, argmin::core::Error>,
     ) -> Result<Option<Point>, argmin::core::Error> {
-        // The minimum of the linear model within the bounds and the trust region.
+        // Find the minimum of the linear model within the bounds and the trust region.
         let proposal = self.propose(x, model);
         if !proposal.length.is_finite() {
             self.termination = Some(Termination::Stalled);
             return Ok(None);
         }
 
-        // Where undamped steps shrink slowly, the end of their sequence is tried first.
+        // If undamped steps shrink slowly, try the end of their sequence first.
         if let Some(end) = self.extrapolate(x, model, &proposal) {
             let reached = evaluate(&end)?;
             if reached.is_finite() && model.cost - reached.cost >= GAIN_AT_THE_END * proposal.promise {
@@ -219,20 +221,21 @@ impl LevenbergMarquardt {
             }
         }
 
-        // The true cost at the end of the step, and whether the step ends the search, taken or not.
+        // Evaluate the true cost at the end of the step, and decide whether the step ends the search, whether it is
+        // taken or not.
         let trial = self.within_bounds(x + &proposal.step);
         let next = evaluate(&trial)?;
         let gain = model.cost - next.cost;
         let along = AlongStep::new(model, &proposal.step, gain);
         self.termination = self.converged_by(&proposal);
 
-        // Not `gain <= 0`: a cost that is NaN is no gain either.
+        // This is not `gain <= 0`, because a cost that is NaN is no gain either.
         if !(next.is_finite() && gain > 0.0) {
             return Ok(self.refuse(x, model, &proposal, along, (trial, next)));
         }
         let ratio = self.accept(&proposal, gain);
 
-        // A step that gains far more than promised is too short.
+        // A step that gains far more than predicted is too short.
         if ratio > FAR_BETTER && self.termination.is_none() {
             let far = self.within_bounds(x + &proposal.step * along.multiple_to_minimum());
             let reached = evaluate(&far)?;
@@ -243,13 +246,14 @@ impl LevenbergMarquardt {
         Ok(Some((trial, next)))
     }
 
-    /// The step to the minimum of the linear model within the bounds and the trust region, and what the model says of it.
+    /// The step to the minimum of the linear model within the bounds and the trust region, with the model's
+    /// predictions for it.
     fn propose(&mut self, x: &DVector<f64>, model: &Linearisation) -> Proposal {
         let scale = self.effective_scale();
         let size = x.component_mul(&scale).norm();
-        // No parameter is known to be right to better than its own size at first. At the origin the residuals
-        // give the size, which are in the same unit.
-        // Where the data are out of all proportion to the start, growing from its size would take too long.
+        // At first no parameter is assumed to be right to better than its own size. At the origin, the residuals give
+        // the size, because they are in the same unit. If the data are far larger than the effect of the start,
+        // growing from the start's size would take too long.
         let residual = model.cost.sqrt();
         let near = size > 0.0 && residual < FAR * size;
         let radius = self.radius.unwrap_or(if near { size } else { residual });
@@ -266,7 +270,7 @@ impl LevenbergMarquardt {
         Proposal { scale, radius, step, length, promise, predicted, is_small, promises_little }
     }
 
-    /// The point where the sequence of undamped steps would end, if it is worth trying.
+    /// The point where the sequence of undamped steps would end; `None` if it is not worth trying.
     fn extrapolate(
         &mut self,
         x: &DVector<f64>,
@@ -285,10 +289,10 @@ impl LevenbergMarquardt {
         worth_trying.then(|| self.within_bounds(x + step))
     }
 
-    /// Why a step ends the search, taken or not; `None` if it does not.
+    /// Why a step ends the search, whether it is taken or not; `None` if it does not.
     ///
-    /// A step that is short by itself, or the promise of an undamped one that is small, ends it; a step that is short
-    /// because the trust region is says nothing.
+    /// The search ends if a step is short by itself, or if the decrease predicted for an undamped step is small. A
+    /// step that is only short because the trust region is small says nothing.
     fn converged_by(&self, proposal: &Proposal) -> Option<Termination> {
         match (proposal.is_small, proposal.promises_little) {
             (true, _) if self.lambda == 0.0 => Some(Termination::ConvergedStep),
@@ -298,8 +302,8 @@ impl LevenbergMarquardt {
         }
     }
 
-    /// Shrinks the trust region after a step without gain. Returns `trial`, where the step led, if it is to be kept
-    /// nevertheless: too close to the minimum the cost cannot tell.
+    /// Shrinks the trust region after a step that gained nothing. Returns `trial`, the end of the step, if it is kept
+    /// nevertheless, because the cost cannot resolve a difference so close to the minimum.
     fn refuse(
         &mut self,
         x: &DVector<f64>,
@@ -309,7 +313,7 @@ impl LevenbergMarquardt {
         (trial, next): Point,
     ) -> Option<Point> {
         if self.lambda == 0.0 && next.is_finite() && lost_in_rounding(next.cost - model.cost, model.cost) {
-            // The next step's length tells whether this one was right.
+            // The length of the next step shows whether this one was right.
             let reason = self.termination;
             self.termination = reason.or(Some(Termination::Stalled));
             if let Some(refinement) = self.refinement(x, model) {
@@ -327,7 +331,7 @@ impl LevenbergMarquardt {
         None
     }
 
-    /// Adapts the trust region to a step with a `gain`. Returns the gain in units of the predicted one.
+    /// Adapts the trust region to a step with a `gain`. Returns the ratio of the gain to the predicted one.
     fn accept(&mut self, proposal: &Proposal, gain: f64) -> f64 {
         let ratio = if proposal.predicted > 0.0 { gain / proposal.predicted } else { 1.0 };
         self.radius = Some(if ratio < POOR_GAIN {
@@ -340,18 +344,18 @@ impl LevenbergMarquardt {
         ratio
     }
 
-    /// Remembers the undamped `step` at `x`. Returns the step to where the sequence of such steps would end,
-    /// if they shrink slowly.
+    /// Stores the undamped `step` at `x`. If such steps shrink slowly, returns the step to the point where their
+    /// sequence would end.
     ///
-    /// With the steps f_i at the points x_i, that is x_k + f_k - sum_i w_i (x_k + f_k - x_i - f_i) for the
-    /// weights that make |D (f_k - sum_i w_i (f_k - f_i))| least.
+    /// With the steps f_i at the points x_i, that point is x_k + f_k - sum_i w_i (x_k + f_k - x_i - f_i), with the
+    /// weights that minimise |D (f_k - sum_i w_i (f_k - f_i))|.
     fn extrapolation(
         &mut self,
         x: &DVector<f64>,
         step: &DVector<f64>,
         scale: &DVector<f64>,
     ) -> Option<DVector<f64>> {
-        // A refused step leaves the point where it is.
+        // A refused step leaves the point where it was.
         self.history.retain(|(point, _)| point != x);
         let length = |p: &DVector<f64>| p.component_mul(scale).norm();
         let slow = self.history.last().is_some_and(|(_, last)| {
@@ -374,8 +378,8 @@ impl LevenbergMarquardt {
         end.iter().all(|v| v.is_finite()).then_some(end)
     }
 
-    /// The step to the minimum of the model within `radius`, which is the `undamped` one if that is short
-    /// enough; keeps its damping for the next call.
+    /// The step to the minimum of the model within `radius`: the `undamped` step if it is short enough. Stores the
+    /// damping for the next call.
     fn step_within(
         &mut self,
         radius: f64,
@@ -385,13 +389,13 @@ impl LevenbergMarquardt {
         room: &[(f64, f64)],
     ) -> DVector<f64> {
         let length = |p: &DVector<f64>| p.component_mul(scale).norm();
-        // A length that is not a number belongs to a model without a unique minimum: damping gives one.
+        // If the length is NaN, the model has no unique minimum; damping gives it one.
         let mut short = (0.0, length(&undamped));
         if short.1 <= (1.0 + RIM) * radius {
             self.lambda = 0.0;
             return undamped;
         }
-        // At the damped minimum, lambda |D p|^2 <= -g.p <= |D^-1 g| |D p| with the gradient g.
+        // At the damped minimum, lambda |D p|^2 <= -g.p <= |D^-1 g| |D p|, where g is the gradient.
         let gradient = model.slope_at(&DVector::zeros(scale.len())).component_div(scale).norm();
         let mut long = (gradient / radius, 0.0);
         let mut lambda = if self.lambda > 0.0 && self.lambda < long.0 { self.lambda } else { 1e-3 * long.0 };
@@ -407,7 +411,7 @@ impl LevenbergMarquardt {
             } else {
                 short = (lambda, reached)
             }
-            // The inverse length grows nearly linearly with lambda (Hebden 1973).
+            // The inverse of the length grows nearly linearly with lambda (Hebden 1973).
             let share = (1.0 / radius - 1.0 / short.1) / (1.0 / long.1 - 1.0 / short.1);
             let secant = short.0 + share * (long.0 - short.0);
             lambda = if long.1 > 0.0 && secant > short.0 && secant < long.0 {
@@ -420,13 +424,14 @@ impl LevenbergMarquardt {
         p
     }
 
-    /// The undamped steps that may follow the search when it ends at `x`; `None` if they are not wanted, or if there is
-    /// nothing to gain.
+    /// The undamped steps that may follow the search when it ends at `x`; `None` if they are disabled or cannot gain
+    /// anything.
     fn refinement(&mut self, x: &DVector<f64>, model: &Linearisation) -> Option<Refinement> {
         if self.tolerances.refinements == 0 || model.cost <= self.cost_floor {
             return None;
         }
-        // D is for the damping, of which there is none, and may remember columns that were much longer.
+        // D is for damping, which these steps do not have, and it may contain the lengths of columns that were once
+        // much longer.
         let scale = model.column_lengths(x.len()).map(|s| if s > 0.0 { s } else { 1.0 });
         let step = bounded_step(model, &scale, 0.0, &self.room(x));
         let length = step.component_mul(&scale).norm();
@@ -442,8 +447,8 @@ impl LevenbergMarquardt {
         })
     }
 
-    /// Takes one undamped step from `x`, first to where their sequence would end. Returns the next point; `None` where that
-    /// is no improvement. Sets what comes next.
+    /// Takes one undamped step from `x`, trying the end of the sequence first, and sets what comes next. Returns the
+    /// next point; `None` if it is no improvement.
     fn refine(
         &mut self,
         mut refinement: Refinement,
@@ -455,7 +460,7 @@ impl LevenbergMarquardt {
         let trial = self.within_bounds(x + far.as_ref().unwrap_or(&refinement.step));
         let next = evaluate(&trial)?;
         let (open, length) = (refinement.open, refinement.length);
-        // If the end of the sequence was no improvement the plain step may be.
+        // If the end of the sequence is no improvement, the plain step may be.
         let plain = far.filter(|_| open || refinement.left > 1).map(|_| refinement.clone());
         let taken = self.settle(refinement, trial, next, model.cost);
         match (&taken, plain) {
@@ -463,7 +468,7 @@ impl LevenbergMarquardt {
                 let left = if open { plain.left } else { plain.left.saturating_sub(1) };
                 self.phase = Phase::Refinement(Refinement { left, ..plain });
             }
-            // Nothing has been found out yet: back to steps that the cost decides about.
+            // No test has been met yet, so the search continues with steps that are judged by the cost.
             (None, None) if open => {
                 self.phase = Phase::Search;
                 self.termination = None;
@@ -474,8 +479,8 @@ impl LevenbergMarquardt {
         Ok(taken)
     }
 
-    /// Keeps the `trial` that an undamped step has led to from a point of this `cost`, and whose linear model
-    /// is `next`, if the step after it is shorter; prepares that one.
+    /// Accepts `trial`, the end of an undamped step from a point with this `cost`, if the step after it is shorter,
+    /// and prepares that step. `next` is the linear model at `trial`.
     fn settle(
         &mut self,
         Refinement { scale, length, left, open, .. }: Refinement,
@@ -483,7 +488,7 @@ impl LevenbergMarquardt {
         next: Linearisation,
         cost: f64,
     ) -> Option<Point> {
-        // The cost may change by its rounding, not more: a shorter step elsewhere is no improvement.
+        // The cost may only change by rounding: a shorter step at a point of higher cost is no improvement.
         if !(next.is_finite() && lost_in_rounding(next.cost - cost, cost)) {
             return None;
         }
@@ -506,15 +511,15 @@ impl LevenbergMarquardt {
         Some((trial, next))
     }
 
-    /// Whether the cost is nothing but rounding, or the residuals are orthogonal to the effect of every parameter that may
-    /// move.
+    /// Whether the cost is only rounding error, or the residuals are orthogonal to the effect of every parameter that
+    /// may move.
     fn is_flat(&self) -> bool {
         self.current.as_ref().is_some_and(|(x, model)| {
             model.cost <= self.cost_floor || model.largest_cosine(x, &self.bounds) <= self.tolerances.gradient
         })
     }
 
-    /// What the next iteration does, `limited` if a limit has been reached.
+    /// What the next iteration does; `limited` says that a limit has been reached.
     fn next_phase(&mut self, limited: bool) -> Phase {
         let at_rest =
             self.termination.is_some_and(|reason| reason.converged() || reason == Termination::Stalled);
@@ -532,9 +537,9 @@ impl LevenbergMarquardt {
     }
 }
 
-/// Whether a rise of the cost is no more than what rounding of the residuals can do to it near a minimum:
-/// far above the rounding of a sum, since residuals are differences of larger numbers, and far below
-/// what anyone would notice.
+/// Whether a rise of the cost can be explained by the rounding of the residuals near a minimum. This limit is far
+/// above the rounding of a sum, because residuals are differences of larger numbers, and far below what anyone would
+/// notice.
 fn lost_in_rounding(rise: f64, cost: f64) -> bool {
     rise <= f64::EPSILON.sqrt() * cost
 }
@@ -591,20 +596,20 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
     }
 
     fn terminate(&mut self, state: &LmState) -> TerminationStatus {
-        // A search without a reason of its own to end does so where the cost is flat, or at a limit.
+        // A search that has not ended by its own tests ends if the cost is flat, or at a limit.
         let limit = self.limits.reason(state.get_iter());
         if self.termination.is_none() {
             self.termination = if self.is_flat() { Some(Termination::ConvergedGradient) } else { limit };
         }
 
-        // Undamped steps may follow the end of a search, if no limit forbids them.
+        // Undamped steps may follow the end of a search, unless a limit forbids them.
         self.phase = self.next_phase(limit.is_some());
         if let Phase::Refinement(_) = self.phase {
             return TerminationStatus::NotTerminated;
         }
 
-        // Where columns are nearly alike the model promises what rounding does not let it keep. Columns of their
-        // own would promise the square of the cosine; below the tolerance of that, this is the minimum.
+        // If columns are nearly equal, rounding prevents the decrease that the model predicts. Independent columns
+        // would predict a decrease of the square of the cosine; if that is below the tolerance, this is the minimum.
         if self.termination == Some(Termination::Stalled)
             && self.current.as_ref().is_some_and(|(x, model)| {
                 model.largest_cosine(x, &self.bounds) <= self.tolerances.cost.sqrt()
@@ -624,7 +629,7 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
     }
 }
 
-/// Passes argmin's iterations on.
+/// Passes argmin's iterations on to an observer.
 struct Listener(Observer);
 
 impl Observe<LmState> for Listener {
@@ -634,14 +639,14 @@ impl Observe<LmState> for Listener {
     }
 }
 
-/// Minimises a problem from `start`, or from the point within the bounds that is closest to it.
+/// Minimises a problem from `start`, or from the closest point within the bounds.
 ///
-/// [`LeastSquares`] has an example. A search that does not converge is not an error: see
+/// See [`LeastSquares`] for an example. A search that does not converge is not an error: see
 /// [`Solution::termination`].
 ///
 /// # Errors
-/// [`Error::Invalid`] if `start` and the bounds differ in length, or a lower bound is not at most its upper one;
-/// [`Error::Optimiser`] if argmin itself fails, which is a defect.
+/// [`Error::Invalid`] if `start` and the bounds differ in length, or if a lower bound is above its upper one;
+/// [`Error::Optimiser`] if argmin itself fails, which is a bug.
 pub fn minimise<P: LeastSquares>(
     problem: &P,
     start: DVector<f64>,
@@ -714,7 +719,7 @@ mod tests {
 
     #[test]
     fn stops_at_an_active_bound() {
-        // With x at most 0.5 the minimum is x = 0.5, y = 0.25: the valley's floor at the bound.
+        // With x at most 0.5 the minimum is at x = 0.5, y = 0.25: on the valley's floor at the bound.
         let solution = solve(vec![(-2.0, 0.5), (-10.0, 10.0)]);
         assert!(solution.termination.converged(), "{:?}", solution.termination);
         assert_relative_eq!(solution.x[0], 0.5);
@@ -728,7 +733,7 @@ mod tests {
         assert_relative_eq!(solution.x[0], 1.0, epsilon = 1e-9);
     }
 
-    /// A problem of one parameter, from a function that gives residuals and their slopes.
+    /// A problem with one parameter, given by a function that returns residuals and their derivatives.
     struct Single<F>(F);
 
     impl<F: Fn(f64) -> (Vec<f64>, Vec<f64>)> LeastSquares for Single<F> {
@@ -750,13 +755,13 @@ mod tests {
         minimise(&Single(problem), DVector::from_element(1, start), tolerances, limits).unwrap()
     }
 
-    /// Residuals e^x - 1 and e^-x - 3: e^2x - e^x = e^-2x - 3 e^-x at the minimum, and they do not vanish.
+    /// Residuals e^x - 1 and e^-x - 3. At the minimum e^2x - e^x = e^-2x - 3 e^-x, and the residuals do not vanish.
     fn two_exponentials(x: f64) -> (Vec<f64>, Vec<f64>) {
         let e = x.exp();
         (vec![e - 1.0, 1.0 / e - 3.0], vec![e, -1.0 / e])
     }
 
-    /// How far the gradient of `two_exponentials` is from zero, against its terms.
+    /// The gradient of `two_exponentials` relative to its terms, which is 0 at the minimum.
     fn slope_left(x: f64) -> f64 {
         let e = x.exp();
         ((e * e - e) - (1.0 / (e * e) - 3.0 / e)).abs() / (3.0 / e)
@@ -770,7 +775,7 @@ mod tests {
         assert!(slope_left(found.x[0]) > 1e-9, "{}", slope_left(found.x[0]));
         let refined =
             solve_single(two_exponentials, 3.0, Tolerances { refinements: 50, ..loose }, Limits::default());
-        // Why the search ended does not change.
+        // The reason why the search ended does not change.
         assert_eq!(refined.termination, Termination::ConvergedCost);
         assert!(slope_left(refined.x[0]) < 1e-14, "{}", slope_left(refined.x[0]));
     }
@@ -782,14 +787,14 @@ mod tests {
         let two = Tolerances { refinements: 2, ..loose };
         let refined = solve_single(two_exponentials, 3.0, two, Limits::default());
         assert!(refined.iterations > search.iterations && refined.iterations <= search.iterations + 2);
-        // A limit that the search just keeps leaves none.
+        // A limit that the search exactly meets leaves no iterations for undamped steps.
         let limited = solve_single(two_exponentials, 3.0, two, Limits::iterations(search.iterations));
         assert_eq!(limited.iterations, search.iterations);
         assert_eq!(limited.termination, search.termination);
     }
 
-    /// Residuals u, v, 10 - 0.9 u^2/20 and 10 - 0.6 v^2/20 of u = x + y - 3 and v = x - y - 1: the curvature
-    /// of the last two cancels 0.9 and 0.6 of J^T J, and so much of u and v survives an undamped step.
+    /// Residuals u, v, 10 - 0.9 u^2/20 and 10 - 0.6 v^2/20 with u = x + y - 3 and v = x - y - 1. The curvature of the
+    /// last two cancels 0.9 and 0.6 of J^T J, and these fractions of u and v remain after an undamped step.
     struct TwoSlowDirections;
 
     impl LeastSquares for TwoSlowDirections {
@@ -812,13 +817,13 @@ mod tests {
         assert!(found.termination.converged(), "{:?}", found.termination);
         assert_relative_eq!(found.x[0], 2.0, max_relative = 1e-11);
         assert_relative_eq!(found.x[1], 1.0, max_relative = 1e-11);
-        // 0.9^n falls below 1e-11 after 240 steps.
+        // 0.9^n only falls below 1e-11 after 240 steps.
         assert!(found.evaluations < 30, "{}", found.evaluations);
     }
 
     #[test]
     fn keeps_away_from_where_the_residuals_are_not_finite() {
-        // ln x = -1 from above: the undamped step leads to negative x.
+        // ln x = -1 from above: the undamped step leads to a negative x.
         let logarithm = |x: f64| (vec![x.ln() + 1.0], vec![1.0 / x]);
         let found = solve_single(logarithm, 10.0, Tolerances::default(), Limits::default());
         assert!(found.termination.converged(), "{:?}", found.termination);

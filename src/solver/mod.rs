@@ -1,8 +1,9 @@
-//! Nonlinear least squares within bounds, whatever the problem is about.
+//! Nonlinear least squares within bounds, for any problem.
 //!
-//! A problem says what its sum of squares and its linear model are at a point ([`LeastSquares`], with an example);
-//! [`minimise`] goes down from there by Levenberg and Marquardt's method. Rows of the Jacobian come in blocks, and what
-//! only one block knows is eliminated there, so that problems with many channels stay cheap.
+//! A problem computes its sum of squares and its linear model at a point ([`LeastSquares`], with an example), and
+//! [`minimise`] searches for the minimum by the method of Levenberg and Marquardt. The rows of the Jacobian come in
+//! blocks, and parameters that only one block involves are eliminated there, so that problems with many channels stay
+//! cheap.
 
 // Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
 // number.

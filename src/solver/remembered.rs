@@ -1,10 +1,10 @@
-//! A problem whose best point is not evaluated twice.
+//! A problem that stores its best point, so that it is not evaluated twice.
 
 use super::least_squares::{LeastSquares, Linearisation};
 use nalgebra::DVector;
 use std::cell::RefCell;
 
-/// A problem that does not evaluate its best point a second time.
+/// A wrapper around a problem that does not evaluate its best point a second time.
 pub(crate) struct Remembered<'p, P> {
     problem: &'p P,
     best: RefCell<Option<(DVector<f64>, Linearisation)>>,

@@ -1,4 +1,4 @@
-//! When a minimisation ends, and what it ends with.
+//! When and why a minimisation ends, and its result.
 
 use super::least_squares::Linearisation;
 use nalgebra::DVector;
@@ -12,7 +12,7 @@ use std::time::Instant;
 pub enum Termination {
     /// The last step changed no parameter noticeably.
     ConvergedStep,
-    /// The linear model promises no noticeable decrease of the cost.
+    /// The linear model predicts no noticeable decrease of the cost.
     ConvergedCost,
     /// The residuals are orthogonal to every free parameter's effect.
     ConvergedGradient,
@@ -51,18 +51,18 @@ impl Termination {
     }
 }
 
-/// When to call a minimum reached. All are relative and dimensionless.
+/// Tolerances at which a minimum counts as reached. All are relative and dimensionless.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerances {
-    /// Step length against the length of the parameter vector, in units of D.
+    /// Length of the step relative to the length of the parameter vector, in units of D.
     pub step: f64,
-    /// Decrease that the linear model promises against the cost.
+    /// Decrease predicted by the linear model, relative to the cost.
     pub cost: f64,
-    /// Cosine between the residuals and each column of the Jacobian.
+    /// Largest cosine between the residuals and a column of the Jacobian.
     pub gradient: f64,
-    /// The most undamped steps after the search has ended, taken while each is shorter than the last, until one
-    /// is as short as `step`; each evaluates the problem once. They win the digits that the cost cannot
-    /// tell. They do not change why the search ended, except that one that stalled may turn out to have
+    /// Largest number of undamped steps after the search has ended. They are taken as long as each is shorter than the
+    /// last, until one is as short as `step`; each evaluates the problem once. They gain the digits that the cost
+    /// cannot resolve. They do not change why the search ended, except that a search that stalled may turn out to have
     /// converged.
     pub refinements: u32,
 }
@@ -73,33 +73,33 @@ impl Default for Tolerances {
     }
 }
 
-/// A request to stop that may come from a signal handler or another thread.
+/// A flag that a signal handler or another thread sets to stop a minimisation.
 pub type StopSignal = Arc<AtomicBool>;
 
-/// Called with the number of the iteration and its cost.
+/// A function that is called with the number of each iteration and its cost.
 pub type Observer = Arc<dyn Fn(u64, f64) + Send + Sync>;
 
-/// What ends a minimisation before it has converged, and what is called on the way.
+/// The limits that end a minimisation before it has converged, and a function to call on the way.
 #[derive(Clone)]
 pub struct Limits {
-    /// The most iterations.
+    /// Largest number of iterations.
     pub iterations: u64,
-    /// Set to true to stop.
+    /// A flag that is set to true to stop.
     pub stop: Option<StopSignal>,
-    /// The moment to stop at.
+    /// The time at which to stop.
     pub deadline: Option<Instant>,
-    /// Called after each iteration.
+    /// The function to call after each iteration.
     pub observer: Option<Observer>,
 }
 
 impl Limits {
-    /// Limits the number of iterations alone.
+    /// Limits the number of iterations only.
     #[must_use]
     pub fn iterations(iterations: u64) -> Self {
         Self { iterations, stop: None, deadline: None, observer: None }
     }
 
-    /// Why to end after `iterations` iterations; `None` to go on.
+    /// Why to end after `iterations` iterations; `None` to continue.
     pub(crate) fn reason(&self, iterations: u64) -> Option<Termination> {
         if self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             Some(Termination::Interrupted)
@@ -114,25 +114,25 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// Two thousand iterations, three times what the slowest of the NIST problems takes (docs/trust/nist.md).
+    /// 2000 iterations, three times as many as the slowest of the NIST problems takes (docs/trust/nist.md).
     fn default() -> Self {
         Self::iterations(2000)
     }
 }
 
-/// The end of a minimisation.
+/// The result of a minimisation.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// The best parameters.
+    /// The best parameters found.
     pub x: DVector<f64>,
-    /// Their sum of squares.
+    /// The sum of squares at these parameters.
     pub cost: f64,
-    /// The linear model there.
+    /// The linear model at these parameters.
     pub linearisation: Linearisation,
-    /// Why it stopped.
+    /// Why the minimisation stopped.
     pub termination: Termination,
-    /// Iterations, undamped steps after the search included.
+    /// Number of iterations, including undamped steps after the search.
     pub iterations: u64,
-    /// Evaluations of the problem.
+    /// Number of evaluations of the problem.
     pub evaluations: u64,
 }

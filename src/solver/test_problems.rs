@@ -1,11 +1,11 @@
-//! A problem that several tests solve.
+//! A problem that several tests use.
 
 use super::{LeastSquares, Linearisation};
 use crate::math::count;
 use nalgebra::{DMatrix, DVector};
 use std::cell::Cell;
 
-/// y = a e^(-k t) against measured values at some times, each with the same weight; counts its evaluations.
+/// y = a e^(-k t) fitted to values measured at some times, all with the same weight. Counts its evaluations.
 pub(super) struct Decay {
     data: Vec<(f64, f64)>,
     weight: f64,
@@ -30,7 +30,7 @@ impl LeastSquares for Decay {
     }
 }
 
-/// Values that no exponential decay fits, so that residuals stay; one of every `step`, standing for all.
+/// Values that no exponential decay fits, so that residuals remain; with `step`, every `step`-th value stands for all.
 pub(super) fn decays(step: usize) -> Decay {
     let at = |i: usize| (0.01 * count(i), 5.0 / (1.0 + 0.02 * count(i)).powi(2));
     Decay { data: (0..300).step_by(step).map(at).collect(), weight: count(step), evaluations: Cell::new(0) }

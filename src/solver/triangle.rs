@@ -1,13 +1,12 @@
-//! Compressing a stream of Jacobian rows to a triangular factor.
+//! Compresses a stream of Jacobian rows into a triangular factor.
 
 use super::least_squares::Rows;
 use nalgebra::{DMatrix, DVector};
 
-/// The upper triangular factor of all rows appended so far, by Householder reflections.
+/// The upper triangular factor of all rows appended so far, computed by Householder reflections.
 ///
-/// Of a matrix with `n` columns only R with R^T R = J^T J is kept, whatever the number of rows; its
-/// entries keep twice the digits that the normal matrix J^T J would (Golub and Van Loan 2013, 5.2 and
-/// 6.5).
+/// However many rows a matrix with `n` columns has, only R with R^T R = J^T J is kept. Its entries keep twice the
+/// digits of the normal matrix J^T J (Golub and Van Loan 2013, 5.2 and 6.5).
 #[derive(Clone, Debug)]
 pub(crate) struct Triangle {
     columns: usize,
@@ -20,12 +19,12 @@ impl Triangle {
         Self { columns, rows: (0..columns).map(|k| vec![0.0; columns - k]).collect() }
     }
 
-    /// Row `k`, from its diagonal on.
+    /// The rows; row `k` begins at its diagonal entry.
     pub(crate) fn rows(&self) -> &[Vec<f64>] {
         &self.rows
     }
 
-    /// Appends rows given column by column; the columns are used as working space.
+    /// Appends rows given column by column. The columns are also used as working space.
     #[inline(always)]
     pub(crate) fn append<C: AsRef<[f64]> + AsMut<[f64]>>(&mut self, columns: &mut [C]) {
         assert_eq!(columns.len(), self.columns, "columns of the rows to append");
@@ -56,12 +55,12 @@ impl Triangle {
         }
     }
 
-    /// The entry in a row and a column, which is 0 below the diagonal.
+    /// The entry in a row and a column; 0 below the diagonal.
     fn entry(&self, row: usize, column: usize) -> f64 {
         if column < row { 0.0 } else { self.rows[row][column - row] }
     }
 
-    /// The factor of a Jacobian, whose parameters `columns` names, and of the residuals in a last column.
+    /// The factor as rows of a Jacobian, whose parameters are `columns`, with the residuals in the last column.
     pub(crate) fn as_rows(&self, columns: &[usize]) -> Rows {
         let n = columns.len();
         assert_eq!(self.columns, n + 1, "columns of the Jacobian and one of residuals");
@@ -80,8 +79,8 @@ impl Triangle {
     }
 }
 
-/// Inner product in sixteen strands, which the compiler can keep in vector registers; the order of
-/// summation is fixed.
+/// Inner product in sixteen partial sums, which the compiler can keep in vector registers. The order of summation is
+/// fixed.
 #[inline(always)]
 pub(crate) fn dot(a: &(impl AsRef<[f64]> + ?Sized), b: &(impl AsRef<[f64]> + ?Sized)) -> f64 {
     let (a, b) = (a.as_ref(), b.as_ref());
@@ -95,7 +94,7 @@ pub(crate) fn dot(a: &(impl AsRef<[f64]> + ?Sized), b: &(impl AsRef<[f64]> + ?Si
         }
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
-    // In pairs: a chain of sums would wait for each.
+    // Summed in pairs, because in a chain each sum would wait for the previous one.
     let mut half = strands.len() / 2;
     while half > 0 {
         let (low, high) = strands.split_at_mut(half);

@@ -1,7 +1,8 @@
-//! An expression at one set of parameters, and its derivatives with respect to what a fit moves.
+//! Evaluates an expression at one set of parameters, with its derivatives with respect to the free parameters.
 //!
-//! Per block of directions every lobe yields its basis functions and their derivatives with respect to its shapes; f of a channel
-//! and each df/d coordinate are sums of those rows, each times a factor that this module finds once per set of parameters.
+//! For each block of directions, every lobe evaluates its basis functions and their derivatives with respect to its
+//! shapes. The reflectance f of a channel and each df/d coordinate are sums of those rows, each times a factor that
+//! this module computes once per set of parameters.
 
 use crate::geometry::Block;
 use crate::model::{BasisBlock, Derivatives, Expression, LobeCoefficients, LobeValues, Role};
@@ -12,9 +13,9 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Clone, Copy, Debug)]
 pub(in crate::fit) struct Term {
     pub(super) lobe: usize,
-    /// The shape that the basis is differentiated by; `None` for its value.
+    /// The shape with respect to which the basis is differentiated; `None` for the basis itself.
     pub(super) shape: Option<usize>,
-    /// Which basis function.
+    /// Index of the basis function.
     pub(super) function: usize,
     pub(super) factor: f64,
 }
@@ -31,11 +32,11 @@ pub(super) struct Layout {
 struct Slot {
     lobe: usize,
     role: Role,
-    /// Which of the lobe's shapes or amplitudes.
+    /// Index among the lobe's shapes or amplitudes.
     index: usize,
-    /// Local column.
+    /// Index among the columns of the channel.
     column: usize,
-    /// Row of the parameter.
+    /// Row of the parameter table.
     row: usize,
 }
 
@@ -63,13 +64,13 @@ impl Layout {
         layout
     }
 
-    /// The free parameter of each local column.
+    /// The free parameter of each column of the channel.
     pub(super) fn columns(&self) -> &[usize] {
         &self.columns
     }
 }
 
-/// The sums over rows that make a channel's reflectance and its derivatives.
+/// The sums of rows that give a channel's reflectance and its derivatives.
 pub(super) struct Sums {
     reflectance: Vec<Term>,
     columns: Vec<Vec<Term>>,
@@ -80,7 +81,7 @@ impl Sums {
         let mut columns = vec![Vec::new(); layout.columns.len()];
         for Slot { lobe, role, index, column, row } in layout.slots.iter().copied() {
             let of_lobe = &coefficients[lobe];
-            // d formula value/d coordinate
+            // d(value in the formula)/d(coordinate)
             let row = &table.rows()[row];
             let slope = row.slope() * row.spec.unit.factor(row.channel);
             // df/dshape = sum_k a_k dB_k/dshape; df/damplitude = sum_k da_k/damplitude B_k
@@ -103,13 +104,13 @@ impl Sums {
         &self.reflectance
     }
 
-    /// Per local column: df/d coordinate.
+    /// The terms of df/d coordinate, for each column of the channel.
     pub(super) fn columns(&self) -> &[Vec<Term>] {
         &self.columns
     }
 }
 
-/// The terms that add up to a reflectance.
+/// The terms whose sum is the reflectance of a channel.
 pub(in crate::fit) fn reflectance(coefficients: &[LobeCoefficients]) -> Vec<Term> {
     let of_lobe = |(lobe, of_lobe): (usize, &LobeCoefficients)| {
         let term = |(function, factor): (usize, &f64)| Term { lobe, shape: None, function, factor: *factor };
@@ -121,19 +122,19 @@ pub(in crate::fit) fn reflectance(coefficients: &[LobeCoefficients]) -> Vec<Term
 /// An expression at one set of parameters.
 pub(super) struct Formula<'a> {
     expression: &'a Expression,
-    /// The values of the parameters, per channel and lobe.
+    /// The values of the parameters, by channel and lobe.
     values: Vec<Vec<LobeValues>>,
-    /// Per lobe: which of its shapes are free in any channel.
+    /// Whether each shape of each lobe is free in any channel.
     free_shapes: Vec<Vec<bool>>,
-    /// Per lobe, prepared for the shapes of all channels.
+    /// The basis of each lobe, prepared for the shapes of all channels.
     bases: Vec<BasisBlock>,
-    /// Per channel.
+    /// The sums of each channel.
     sums: Vec<Sums>,
 }
 
 impl<'a> Formula<'a> {
-    /// `layouts` has one of each channel; `prepared`, per lobe, what was prepared for the set of parameters before, whose shapes are
-    /// often this one's.
+    /// `layouts` has one layout per channel. `prepared` holds the bases prepared for the previous set of parameters,
+    /// one per lobe, because the shapes are often the same.
     pub(super) fn new(
         expression: &'a Expression,
         table: &ParameterTable,
@@ -167,17 +168,18 @@ impl<'a> Formula<'a> {
         Self { expression, values, free_shapes, bases, sums }
     }
 
-    /// Room for one thread to evaluate in, prepared.
+    /// Copies of the prepared bases, for one thread to evaluate in.
     pub(super) fn bases(&self) -> Vec<BasisBlock> {
         self.bases.clone()
     }
 
-    /// What adds up to the reflectance and its derivatives, per channel.
+    /// The sums that give the reflectance and its derivatives, one per channel.
     pub(super) fn sums(&self) -> &[Sums] {
         &self.sums
     }
 
-    /// Evaluates the basis of every lobe for a channel; what has the same shapes as in the channel before stays.
+    /// Evaluates the basis of every lobe for a channel. A basis whose shapes are the same as in the previous channel
+    /// is kept.
     pub(super) fn evaluate(&self, channel: usize, block: &Block, bases: &mut [BasisBlock]) {
         let lobes = self.expression.lobes().iter().zip(&self.values[channel]).zip(bases);
         for (index, ((lobe, values), basis)) in lobes.enumerate() {
@@ -186,7 +188,7 @@ impl<'a> Formula<'a> {
     }
 }
 
-/// The derivatives that a fit needs of a lobe.
+/// The derivatives of a lobe's basis that a fit needs.
 fn derivatives(free_shapes: &[Vec<bool>], lobe: usize) -> Derivatives<'_> {
     let marks = &free_shapes[lobe];
     if marks.contains(&true) { Derivatives::Of(marks) } else { Derivatives::None }

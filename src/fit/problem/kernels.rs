@@ -1,6 +1,6 @@
-//! The inner loops of a pass: what is done with one channel of one block.
+//! The inner loops of a pass: the work on one channel of one block.
 //!
-//! All loops run over rows of known length without branches, for [`pulp`] to compile them for several instruction
+//! All loops run over rows of fixed length without branches, so that [`pulp`] can compile them for several instruction
 //! sets; see [`crate::model::BasisBlock`].
 
 use super::formula::{Sums, Term};
@@ -25,9 +25,9 @@ impl Default for Scratch {
     }
 }
 
-/// Writes the rows of a channel of one block: its derivatives, then its reflectance.
+/// Writes the rows of one channel of a block: its derivatives, then its reflectance.
 pub(super) struct Evaluation<'a> {
-    /// Per lobe, evaluated.
+    /// The evaluated basis of each lobe.
     pub(super) bases: &'a [BasisBlock],
     pub(super) sums: &'a Sums,
     pub(super) rows: &'a mut Vec<Row>,
@@ -49,42 +49,42 @@ impl WithSimd for Evaluation<'_> {
     }
 }
 
-/// What is known of one channel of one block beside the geometry.
+/// The measured values of one channel of one block.
 #[derive(Clone, Copy)]
 pub(super) struct ObservedBlock<'a> {
     pub(super) transform: Transform,
-    /// g(x*).
+    /// The transformed measured values, g(x*).
     pub(super) measured: &'a Row,
-    /// Root of weight times normalisation; zero where there is no sample.
+    /// Square root of weight times normalisation; 0 if there is no sample.
     pub(super) roots: &'a Row,
-    /// What turns a residual into standard deviations.
+    /// The factor from a residual to standard deviations; `None` unless weights are by sigma.
     pub(super) precision: Option<&'a Row>,
 }
 
-/// One channel of one block.
+/// One channel of one block, with everything needed to compute its residuals and derivatives.
 pub(super) struct ChannelBlock<'a> {
     pub(super) observed: ObservedBlock<'a>,
     pub(super) cos_i: &'a Row,
     pub(super) objective: Objective,
-    /// Per lobe.
+    /// The evaluated basis of each lobe.
     pub(super) bases: &'a [BasisBlock],
-    /// The reflectance.
+    /// The terms of the reflectance.
     pub(super) reflectance: &'a [Term],
-    /// Its derivative with respect to each parameter.
+    /// The terms of its derivative with respect to each parameter.
     pub(super) columns: &'a [Vec<Term>],
     pub(super) scratch: &'a mut Scratch,
-    /// For the middle of the sandwich: R with |R J_s|^2 the leverage of sample s, and the root mean square of
-    /// the residuals. `None` for the linear model itself.
+    /// For the middle factor of the sandwich: R, for which |R J_s|^2 is the leverage of sample s, and the root mean
+    /// square of the residuals. `None` for the linear model itself.
     pub(super) sandwich: Option<(&'a Triangle, f64)>,
 }
 
-/// Appends the weighted rows of the Jacobian, and the residuals, to a triangular factor; yields their cost.
+/// Appends the weighted rows of the Jacobian and the residuals to a triangular factor, and returns their cost.
 pub(super) struct Compression<'a> {
     block: ChannelBlock<'a>,
     triangle: &'a mut Triangle,
 }
 
-/// Yields the residuals in units of a loss's scale.
+/// Computes the residuals in units of a loss's scale.
 pub(super) struct PlainResiduals<'a, 'b>(&'b mut ChannelBlock<'a>);
 
 impl<'a> ChannelBlock<'a> {
@@ -150,7 +150,7 @@ impl WithSimd for Compression<'_> {
             scale_each(column, slope);
         }
         if let Some((root, typical)) = block.sandwich {
-            // The slopes and x have done their work; their places take the leverages and products.
+            // The slopes and x are no longer needed; their rows are reused for the leverages and products.
             leverages(root, jacobian, slope, x);
             for (entry, leverage) in residual.iter_mut().zip(slope.iter()) {
                 *entry = left_out(*entry, *leverage, typical);
@@ -164,8 +164,8 @@ impl WithSimd for Compression<'_> {
     }
 }
 
-/// Turns residuals and slopes, before their weights, into such that have the gradient and the curvature of a loss;
-/// returns the cost.
+/// Modifies residuals and slopes, before they are weighted, so that they have the gradient and the curvature of a
+/// loss. Returns the cost.
 #[inline(always)]
 fn temper(
     loss: LossKind,
@@ -188,7 +188,7 @@ fn temper(
     cost
 }
 
-/// The sum of terms.
+/// Writes the sum of `terms` to `sum`.
 #[inline(always)]
 pub(in crate::fit) fn sum(bases: &[BasisBlock], terms: &[Term], sum: &mut Row) {
     let row = |term: &Term| {
@@ -206,7 +206,7 @@ pub(in crate::fit) fn sum(bases: &[BasisBlock], terms: &[Term], sum: &mut Row) {
     }
 }
 
-/// |R J_s|^2 per sample, its leverage; `product` is working space.
+/// Computes |R J_s|^2, the leverage of each sample s; `product` is working space.
 #[inline(always)]
 fn leverages(root: &Triangle, jacobian: &[Row], leverage: &mut Row, product: &mut Row) {
     leverage.fill(0.0);
@@ -221,7 +221,7 @@ fn leverages(root: &Triangle, jacobian: &[Row], leverage: &mut Row, product: &mu
     }
 }
 
-/// Multiplies entry by entry.
+/// Multiplies each entry by the matching factor.
 #[inline(always)]
 fn scale_each(row: &mut Row, factors: &Row) {
     for (entry, factor) in row.iter_mut().zip(factors) {
@@ -229,7 +229,7 @@ fn scale_each(row: &mut Row, factors: &Row) {
     }
 }
 
-/// Adds `factor` times `row`.
+/// Adds `factor` times `row` to `sum`.
 #[inline(always)]
 fn add_scaled(sum: &mut Row, row: &Row, factor: f64) {
     for (total, value) in sum.iter_mut().zip(row) {
@@ -237,12 +237,12 @@ fn add_scaled(sum: &mut Row, row: &Row, factor: f64) {
     }
 }
 
-/// The residual that a sample would have in a fit without it: r/(1 - h), to first order, with h = J_s H^-1 J_s
-/// its leverage. `typical` is the root mean square of the residuals.
+/// The residual that a sample would have in a fit without it: r/(1 - h) to first order, where h = J_s H^-1 J_s is its
+/// leverage. `typical` is the root mean square of the residuals.
 fn left_out(r: f64, h: f64, typical: f64) -> f64 {
-    // At leverage 1 a parameter follows its only sample: r is 0 whatever the noise, and r/(1 - h) rounding
-    // over rounding. Under equal noise r/(1 - h) is about typical/sqrt(1 - h); beyond the limit it is taken
-    // to be what that gives at the limit, or more if r asks for it.
+    // At leverage 1 a parameter follows its only sample: r is 0 however large the noise, and r/(1 - h) is a ratio of
+    // rounding errors. If all samples have the same noise, r/(1 - h) is about typical/sqrt(1 - h). Beyond the limit
+    // the residual is taken to be this value at the limit, or larger if r is larger.
     const LEAST: f64 = 0.01;
     let rest = 1.0 - h;
     if rest > LEAST { r / rest } else { (r.abs() / LEAST).max(typical / LEAST.sqrt()) }

@@ -1,6 +1,6 @@
 //! Robust losses: how strongly residuals that are far larger than the others are down-weighted.
 //!
-//! The cost of a residual u, in units of which `scale` s is given, is s^2 rho(u^2/s^2):
+//! The cost of a residual u with scale s, both in the same units, is s^2 rho(u^2/s^2):
 //!
 //! ```text
 //! none    rho(z) = z
@@ -8,8 +8,8 @@
 //! cauchy  rho(z) = ln(1 + z)                                  (Holland and Welsch 1977, doi:10.1080/03610927708827533)
 //! ```
 //!
-//! All are u^2 near zero. Beyond s a residual of Huber's loss pulls no more than one at s, and one of
-//! Cauchy's less the further away it is.
+//! All equal u^2 near zero. Beyond s, a residual under Huber's loss pulls no more than one at s, and a residual under
+//! Cauchy's loss pulls less the larger it is.
 
 use super::metric::Metric;
 
@@ -17,12 +17,12 @@ use super::metric::Metric;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum LossKind {
-    /// Squares: every residual pulls in proportion to its size.
+    /// u^2: every residual pulls in proportion to its size.
     #[default]
     None,
-    /// Squares up to the scale, absolute values beyond.
+    /// Quadratic up to the scale, linear beyond it.
     Huber,
-    /// The logarithm of one plus squares.
+    /// Logarithmic: s^2 ln(1 + u^2/s^2).
     Cauchy,
 }
 
@@ -38,15 +38,15 @@ impl LossKind {
     }
 }
 
-/// What a fit minimises: the metric of its residuals, and how they count.
+/// The objective of a fit: the metric of its residuals and the loss applied to them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Objective {
-    /// What the residuals are differences of.
+    /// The metric in which the model and the measurement are compared.
     pub metric: Metric,
     /// How strongly large residuals are down-weighted.
     pub loss: LossKind,
-    /// Where a residual begins to count less: in units of the metric's transform, or of standard
-    /// deviations for weights by sigma.
+    /// The residual above which the loss down-weights a sample, in units of the metric's transform, or in standard
+    /// deviations if weights are by sigma.
     pub scale: f64,
 }
 
@@ -56,19 +56,19 @@ impl From<Metric> for Objective {
     }
 }
 
-/// A residual's part in the cost and in its quadratic model.
+/// A residual's contribution to the cost and to its quadratic model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Influence {
-    /// s^2 rho.
+    /// Cost, s^2 rho.
     pub(super) cost: f64,
-    /// rho': half the slope of the cost is `slope` u.
+    /// rho'; half the derivative of the cost with respect to u is `slope` times u.
     pub(super) slope: f64,
     /// Half the second derivative of the cost with respect to u, kept positive.
     pub(super) curvature: f64,
 }
 
-/// The curvature is at least this share of the slope. The true one, rho' + 2 z rho'', is zero beyond
-/// Huber's scale and negative beyond Cauchy's, where a minimum of the model would not be one of the cost.
+/// The least ratio of curvature to slope. The true curvature, rho' + 2 z rho'', is zero beyond Huber's scale and
+/// negative beyond Cauchy's, where a minimum of the model would not be a minimum of the cost.
 const LEAST_CURVATURE: f64 = 0.1;
 
 impl LossKind {
@@ -89,17 +89,17 @@ impl LossKind {
     }
 }
 
-/// 1.4826 times the median absolute deviation from the median: the standard deviation, were the values
-/// normal, however wild a minority of them is. `values` holds each with its weight and loses its order.
+/// 1.4826 times the median absolute deviation from the median. This is the standard deviation if the values are
+/// normal, however far off a minority of them may be. `values` holds pairs of a value and its weight and is reordered.
 pub(super) fn robust_deviation(values: &mut [(f64, f64)]) -> f64 {
-    /// Standard deviation over median absolute deviation of the normal distribution.
+    /// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
     const NORMAL: f64 = 1.4826;
     let median = weighted_quantile(values, 0.5);
     values.iter_mut().for_each(|(value, _)| *value = (*value - median).abs());
     NORMAL * weighted_quantile(values, 0.5)
 }
 
-/// The value below which a fraction of the weight lies; `values` ends up sorted.
+/// The value below which `fraction` of the weight lies. Sorts `values`.
 pub(super) fn weighted_quantile(values: &mut [(f64, f64)], fraction: f64) -> f64 {
     values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = values.iter().map(|(_, weight)| weight).sum();
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn a_minority_does_not_move_the_robust_deviation() {
-        // Quantiles of the normal distribution at (i + 1/2)/1000, and a tenth of them far away.
+        // Quantiles of the normal distribution at (i + 1/2)/1000, of which a tenth are moved far away.
         use statrs::distribution::{ContinuousCDF, Normal};
         let normal = Normal::new(3.0, 0.2).unwrap();
         let mut values: Vec<(f64, f64)> =

@@ -3,7 +3,7 @@
 use crate::geometry::Row;
 use crate::math::{Real, Scalar, elementary};
 
-/// What is compared: the residual of a sample is g(x) - g(x*) with g the metric's transform.
+/// A metric: the residual of a sample is g(x) - g(x*), where g is the metric's transform and x* the measured x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Metric {
@@ -19,11 +19,11 @@ pub enum Metric {
 /// The smoothing of cbrt near zero, relative to the mean |x*| of the channel.
 const CBRT_SMOOTHING: f64 = 1e-6;
 
-/// Measured values below this do not have a useful logarithm of 1 + x.
+/// Measured values are raised to at least this, because ln(1 + x) has no useful value below it.
 const LOG_FLOOR: f64 = -0.99;
 
 impl Metric {
-    /// All of them.
+    /// All metrics.
     pub const ALL: [Self; 3] = [Self::L2, Self::Log, Self::Cbrt];
 
     /// Name on the command line and in reports.
@@ -36,14 +36,14 @@ impl Metric {
         }
     }
 
-    /// A measured value as the metric takes it.
+    /// A measured value, raised to the least value that the metric allows.
     #[inline(always)]
     #[must_use]
     pub fn measured(self, x: f64) -> f64 {
         if self == Self::Log { x.greater(LOG_FLOOR) } else { x }
     }
 
-    /// Replaces x by g(x), exactly as the metric is defined.
+    /// Replaces x by g(x), exactly as the metric defines it.
     #[inline(always)]
     pub(in crate::fit) fn apply_exactly(self, row: &mut Row) {
         match self {
@@ -61,19 +61,19 @@ impl Metric {
         }
     }
 
-    /// The form that is minimised for a channel of mean magnitude `mean` = mean |x*|.
+    /// The smoothed transform that is minimised, for a channel whose mean |x*| is `mean`.
     pub(in crate::fit) fn transform(self, mean: f64) -> Transform {
-        // A channel that is zero throughout still needs a finite slope.
+        // A channel that is zero everywhere still needs a finite slope.
         let smoothing = (CBRT_SMOOTHING * mean).max(1e-30);
         Transform { metric: self, smoothing2: smoothing * smoothing }
     }
 }
 
-/// The cube root of x = x (x^2)^(-1/3).
+/// The cube root of x, computed as x (x^2)^(-1/3).
 #[inline(always)]
 fn cube_root(x: f64) -> f64 {
-    // Squares of very large and very small numbers are out of range: powers of 2 whose cube roots are exact are
-    // taken out.
+    // The squares of very large and very small numbers are out of range, so x is first scaled by a power of 2 whose
+    // cube root is exact.
     let (large, small) = (2_f64.powi(300), 2_f64.powi(-300));
     let size = x.abs();
     let choose = |at_large: f64, at_small: f64| {
@@ -86,9 +86,9 @@ fn cube_root(x: f64) -> f64 {
     scaled * elementary::inverse_cbrt((scaled * scaled).greater(f64::MIN_POSITIVE)) * root
 }
 
-/// A metric's transform with a finite slope everywhere.
+/// A metric's transform, modified to have a finite slope everywhere.
 ///
-/// Real data hold exact zeros, where cbrt has an infinite slope; x/(x^2 + e^2)^(1/3) differs from it only
+/// Real data contain exact zeros, where cbrt has an infinite slope. x/(x^2 + e^2)^(1/3) differs from cbrt only for x
 /// within a few e of zero.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::fit) struct Transform {
@@ -97,7 +97,7 @@ pub(in crate::fit) struct Transform {
 }
 
 impl Transform {
-    /// g(x) and g'(x).
+    /// Returns g(x) and g'(x).
     #[cfg(test)]
     pub(in crate::fit) fn apply(self, x: f64) -> (f64, f64) {
         let (mut g, mut slope) = (Row::filled(0.0), Row::filled(0.0));
@@ -105,7 +105,7 @@ impl Transform {
         (g[0], slope[0])
     }
 
-    /// g(x) - g(x*) and g'(x) of a row, where `measured` is g(x*).
+    /// Computes g(x) - g(x*) and g'(x) for a row; `measured` is g(x*).
     #[inline(always)]
     pub(in crate::fit) fn differences(self, x: &Row, measured: &Row, difference: &mut Row, slope: &mut Row) {
         let samples = x.iter().zip(measured).zip(difference.iter_mut().zip(slope.iter_mut()));

@@ -1,4 +1,4 @@
-//! What a fit minimises: residuals between a model and samples, or an image, and their derivatives.
+//! The problems that a fit minimises: residuals between a model and samples, or an image, with their derivatives.
 
 // Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
 // number.

@@ -1,4 +1,4 @@
-//! Samples as the residuals need them: transformed, weighted, in rows.
+//! Samples prepared for computing residuals: transformed, weighted and arranged in rows.
 
 use super::kernels::ObservedBlock;
 use super::loss::weighted_quantile;
@@ -9,32 +9,32 @@ use crate::measurement::Samples;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// The share of the measured values that is taken seriously where some may be outliers: these are fewer.
+/// The fraction of the measured values that is trusted. Outliers are assumed to be fewer than the remaining 5 %.
 pub(in crate::fit) const BULK_OF_DATA: f64 = 0.95;
 
-/// Samples prepared for a metric. Fits of the same samples share them.
+/// Samples prepared for a metric. Fits of the same samples share one instance.
 pub(in crate::fit) struct Observed<'a> {
     samples: &'a Samples,
-    /// What the model is compared with, per channel; `None` for channels that do not count.
+    /// The values that the model is compared with, by channel; `None` for channels that do not count.
     targets: Vec<Option<Target>>,
-    /// The root of weight times normalisation, per block; zero beyond the last sample.
+    /// Square root of weight times normalisation, by block; 0 beyond the last sample.
     roots: Vec<Row>,
-    /// The geometry of each block; empty where there are too many to keep.
+    /// The geometry of each block; empty if there are too many samples to keep it.
     blocks: Vec<Block>,
     /// Sum of the weighted squares of g(x*).
     magnitude2: f64,
 }
 
-/// What the model is compared with in one channel.
+/// The values that the model is compared with in one channel.
 struct Target {
     transform: Transform,
-    /// g(x*), per block.
+    /// g(x*), by block.
     measured: Vec<Row>,
-    /// 1/(sigma ci g'(x*)), per block, where weights are by sigma.
+    /// 1/(sigma ci g'(x*)), by block; `None` unless weights are by sigma.
     precision: Option<Vec<Row>>,
 }
 
-/// Up to this many samples keep their geometry: it takes 80 bytes for each.
+/// Largest number of samples whose geometry is kept: it takes 80 bytes per sample.
 const KEPT_SAMPLES: usize = 20_000;
 
 impl<'a> Observed<'a> {
@@ -43,10 +43,10 @@ impl<'a> Observed<'a> {
         Self::with_channels(samples, metric, |_| true)
     }
 
-    /// Prepares the samples in at most `most` channels, spread over all of them.
+    /// Prepares the samples in at most `most` channels, spread evenly over all channels.
     pub(in crate::fit) fn with_some_channels(samples: &'a Samples, metric: Metric, most: usize) -> Self {
         let all = samples.values.len();
-        // The channels at the ends and, at equal distances, between them.
+        // The first and the last channel, and evenly spaced ones between them.
         let chosen: Vec<usize> = if all <= most {
             (0..all).collect()
         } else {
@@ -83,7 +83,7 @@ impl<'a> Observed<'a> {
         observed
     }
 
-    /// What the model is compared with in a channel.
+    /// The values that the model is compared with in a channel.
     fn target(&self, metric: Metric, channel: usize) -> Target {
         let samples = self.samples;
         let values = &samples.values[channel];
@@ -105,7 +105,7 @@ impl<'a> Observed<'a> {
                 )
             })
             .unzip();
-        // Added up in order, so that the threads do not matter.
+        // The sums are added in order, so that the result does not depend on the threads.
         let (sum, total) = sums.iter().fold((0.0, 0.0), |(sum, total), (s, t)| (sum + s, total + t));
         let transform = metric.transform(sum / total);
         let precision = samples.sigma.as_ref().map(|sigma| {
@@ -135,7 +135,7 @@ impl<'a> Observed<'a> {
         self.samples.len()
     }
 
-    /// Number of channels, whether they count or not.
+    /// Number of channels, including those that do not count.
     pub(in crate::fit) fn channels(&self) -> usize {
         self.targets.len()
     }
@@ -155,7 +155,7 @@ impl<'a> Observed<'a> {
         self.magnitude2
     }
 
-    /// The geometry of a block, in `space` where it is not kept.
+    /// The geometry of a block; computed in `space` if it is not kept.
     pub(in crate::fit) fn block<'b>(&'b self, index: usize, space: &'b mut Block) -> &'b Block {
         if !self.blocks.is_empty() {
             return &self.blocks[index];
@@ -169,7 +169,7 @@ impl<'a> Observed<'a> {
         &self.samples.weights[range(self.samples, index)]
     }
 
-    /// What is known of a channel of a block; `None` if the channel does not count.
+    /// The measured values of a channel of a block; `None` if the channel does not count.
     pub(super) fn channel_block(&self, channel: usize, index: usize) -> Option<ObservedBlock<'_>> {
         self.targets[channel].as_ref().map(|target| ObservedBlock {
             transform: target.transform,
@@ -179,8 +179,8 @@ impl<'a> Observed<'a> {
         })
     }
 
-    /// The magnitude below which a fraction of the measured values lie, in the units of a loss's scale;
-    /// samples count alike, whatever their weight.
+    /// The magnitude below which `fraction` of the measured values lie, in the units of a loss's scale. All samples
+    /// count equally, whatever their weights.
     pub(in crate::fit) fn quantile(&self, fraction: f64) -> f64 {
         let of_target = |target: &Target| -> Vec<(f64, f64)> {
             let mut rows = target.measured.clone();
@@ -211,7 +211,7 @@ impl Target {
     }
 }
 
-/// Replaces measured x* by g(x*).
+/// Replaces measured values x* by g(x*).
 struct Transformed<'a> {
     transform: Transform,
     x: &'a mut Row,
@@ -228,12 +228,12 @@ impl WithSimd for Transformed<'_> {
     }
 }
 
-/// The samples of a block.
+/// The indices of the samples of a block.
 fn range(samples: &Samples, index: usize) -> std::ops::Range<usize> {
     index * BLOCK..samples.len().min((index + 1) * BLOCK)
 }
 
-/// A row that begins with `values` and goes on with `rest`.
+/// A row that begins with `values` and is filled with `rest`.
 pub(in crate::fit) fn row(values: &[f64], rest: f64) -> Row {
     assert!(values.len() <= BLOCK, "{} values for a row", values.len());
     let mut row = Row::filled(rest);

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! x(p, k) = sum_s w_s,k f_c(k)(s)          s: pairs of directions that pixel p sees; k: red, green, blue
-//! minimised: sum_p |r_p(x(p, .))|^2        r_p: what tells the pixel from the measured one
+//! minimised: sum_p |r_p(x(p, .))|^2        r_p: residuals of the pixel against its target
 //! ```
 //!
-//! f_c(k) is the channel of its own where the measurement has red, green and blue, and its only channel otherwise. Errors along
-//! single directions that cancel within a pixel are none: they cannot be seen.
+//! c(k) is the channel of colour k if the measurement has red, green and blue, and its only channel otherwise. Errors
+//! in single directions that cancel within a pixel do not count, because they cannot be seen.
 
 use super::formula::{Formula, Layout};
 use super::kernels::Evaluation;
@@ -22,26 +22,27 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Mutex;
 
-/// Colours of a pixel.
+/// Number of colours of a pixel.
 const COLOURS: usize = 3;
-/// Pixels whose rows are compressed together.
+/// Number of pixels whose rows are compressed together.
 const PIXELS: usize = 64;
 
-/// What a pixel is to be.
+/// The target of a pixel.
 pub(crate) trait Target: Clone + Sync {
-    /// The residuals of a pixel of red, green and blue `x`, and their derivatives: a row each, with a column per colour.
+    /// The residuals of a pixel whose red, green and blue are `x`, and their derivatives: one row per residual, one
+    /// column per colour.
     fn compare(&self, x: [f64; COLOURS]) -> (Vector3<f64>, Matrix3<f64>);
 }
 
-/// What the pixels of an image see, and what they are to be.
+/// The pairs of directions that each pixel of an image sees, and the target of each pixel.
 #[derive(Clone, Debug)]
 pub(crate) struct Shown<T> {
     pairs: Vec<Pair>,
-    /// The pixel of each pair, in rising order.
+    /// The pixel of each pair, in ascending order.
     pixel_of: Vec<usize>,
-    /// What the reflectance of each pair is multiplied by, per colour.
+    /// The factor of each pair's reflectance, by colour.
     weights: [Vec<f64>; COLOURS],
-    /// What each pixel is to be.
+    /// The target of each pixel.
     targets: Vec<T>,
 }
 
@@ -50,12 +51,12 @@ impl<T: Target> Shown<T> {
         Self { pairs: Vec::new(), pixel_of: Vec::new(), weights: Default::default(), targets: Vec::new() }
     }
 
-    /// A further pixel; what is added after it is what it sees.
+    /// Adds a pixel. Pairs added after it belong to it.
     pub(crate) fn add_pixel(&mut self, target: T) {
         self.targets.push(target);
     }
 
-    /// A pair of directions that the last pixel sees, and what its reflectance is multiplied by.
+    /// Adds a pair of directions that the last pixel sees, with the factor of its reflectance by colour.
     pub(crate) fn add_pair(&mut self, pair: Pair, weights: [f64; COLOURS]) {
         assert!(!self.targets.is_empty(), "a pixel to add the pair to");
         self.pairs.push(pair);
@@ -63,7 +64,7 @@ impl<T: Target> Shown<T> {
         self.weights.iter_mut().zip(weights).for_each(|(row, weight)| row.push(weight));
     }
 
-    /// About `wanted` of the pixels, evenly from their order.
+    /// About `wanted` of the pixels, spread evenly over their order.
     pub(in crate::fit) fn some(&self, wanted: usize) -> Self {
         let step = self.targets.len().div_ceil(wanted.max(1)).max(1);
         let mut some = Self::new();
@@ -89,17 +90,18 @@ pub(in crate::fit) struct PixelProblem<'a, T> {
     table: ParameterTable,
     /// The free parameters that each channel depends on.
     layouts: Vec<Layout>,
-    /// The channel that makes each colour.
+    /// The channel that gives each colour.
     channels: [usize; COLOURS],
-    /// The basis of each lobe, with what was prepared for the pass before.
+    /// The basis of each lobe, as prepared for the previous pass.
     bases: Mutex<Vec<BasisBlock>>,
 }
 
-/// Sums over what pixels see: per pixel those of the Jacobian's columns, then that of the reflectance.
+/// Sums over the pairs that each pixel sees: for each pixel those of the Jacobian's columns, then that of the
+/// reflectance.
 struct PixelSums {
-    /// The first pixel.
+    /// Index of the first pixel.
     first: usize,
-    /// Per colour.
+    /// The sums, by colour.
     sums: [Vec<f64>; COLOURS],
 }
 
@@ -115,12 +117,12 @@ impl<'a, T: Target> PixelProblem<'a, T> {
         Self { expression, shown, table, layouts, channels, bases: Mutex::default() }
     }
 
-    /// The parameters that it starts from.
+    /// The parameters at which the problem starts.
     pub(in crate::fit) fn table(&self) -> &ParameterTable {
         &self.table
     }
 
-    /// The cost there.
+    /// The cost at those parameters.
     pub(in crate::fit) fn cost(&self) -> f64 {
         self.linearise(&DVector::from_vec(self.table.coordinates())).cost
     }
@@ -130,12 +132,12 @@ impl<'a, T: Target> PixelProblem<'a, T> {
         self.layouts[self.channels[colour]].columns()
     }
 
-    /// Sums per pixel of a colour: a column each, and one for the image itself.
+    /// Number of sums per pixel of a colour: one for each column and one for the image itself.
     fn width(&self, colour: usize) -> usize {
         self.columns(colour).len() + 1
     }
 
-    /// The image and its derivatives.
+    /// Computes the image and its derivatives.
     fn render(&self, formula: &Formula<'_>) -> PixelSums {
         let arch = Arch::new();
         let workspace = || (Block::new(), formula.bases(), Vec::new());
@@ -169,12 +171,12 @@ impl<'a, T: Target> PixelProblem<'a, T> {
         all
     }
 
-    /// Sums of nothing for a number of `pixels` from the `first` on.
+    /// Sums equal to 0 for `pixels` pixels from `first` on.
     fn no_sums(&self, first: usize, pixels: usize) -> PixelSums {
         PixelSums { first, sums: std::array::from_fn(|colour| vec![0.0; pixels * self.width(colour)]) }
     }
 
-    /// Adds rows of a channel over a block of samples to the pixels that they belong to.
+    /// Adds the rows of a channel, over a block of samples, to the sums of the pixels that they belong to.
     fn add(&self, channel: usize, rows: &[Row], samples: Range<usize>, part: &mut PixelSums) {
         let mut start = 0;
         for run in self.shown.pixel_of[samples.clone()].chunk_by(|a, b| a == b) {
@@ -192,7 +194,8 @@ impl<'a, T: Target> PixelProblem<'a, T> {
         }
     }
 
-    /// The residuals of all pixels and their derivatives, as a triangular factor, and their cost.
+    /// Compresses the residuals of all pixels and their derivatives into a triangular factor, and returns it with the
+    /// cost.
     fn compress(&self, image: &PixelSums) -> (Triangle, f64) {
         let free = self.table.free().len();
         let mut triangle = Triangle::new(free + 1);
@@ -241,7 +244,7 @@ impl<T: Target> LeastSquares for PixelProblem<'_, T> {
     }
 
     fn cost_floor(&self) -> f64 {
-        // Residuals of rounding errors of what black pixels differ by.
+        // Residuals below the rounding error of the residuals of a black image.
         let black = self.shown.targets.iter().map(|target| target.compare([0.0; COLOURS]).0.norm_squared());
         1e-30 * black.sum::<f64>()
     }
@@ -254,7 +257,7 @@ pub(in crate::fit) mod tests {
     use approx::assert_relative_eq;
     use glam::DVec3;
 
-    /// Radiance as it is.
+    /// Residuals that are differences of radiance.
     #[derive(Clone)]
     pub(in crate::fit) struct Radiance([f64; 3]);
 
@@ -266,7 +269,7 @@ pub(in crate::fit) mod tests {
 
     pub(in crate::fit) const PIXELS_SHOWN: usize = 150;
 
-    /// An image in which pixel p sees 1 + p mod 5 pairs of directions; weights and brightness differ from colour to colour.
+    /// An image in which pixel p sees 1 + p mod 5 pairs of directions; weights and brightness differ between colours.
     pub(in crate::fit) fn shown(brightness: impl Fn(usize) -> [f64; 3]) -> Shown<Radiance> {
         let mut shown = Shown::new();
         for pixel in 0..PIXELS_SHOWN {
@@ -291,7 +294,7 @@ pub(in crate::fit) mod tests {
         ParameterTable::new(expression, &channels, false, &Vec::new()).unwrap()
     }
 
-    /// What the model shows at the values in `table`: red, green and blue of each pixel.
+    /// The red, green and blue that the model gives each pixel at the values in `table`.
     pub(in crate::fit) fn rendered(
         expression: &Expression,
         shown: &Shown<Radiance>,
@@ -306,7 +309,7 @@ pub(in crate::fit) mod tests {
         (0..PIXELS_SHOWN).map(of_pixel).collect()
     }
 
-    /// The sum of the weights of a colour that a pixel sees.
+    /// The sum of a pixel's weights in one colour.
     pub(in crate::fit) fn light(shown: &Shown<Radiance>, colour: usize, pixel: usize) -> f64 {
         let seen = shown.pixel_of.iter().zip(&shown.weights[colour]).filter(|(p, _)| **p == pixel);
         seen.map(|(_, weight)| weight).sum()
@@ -327,7 +330,7 @@ pub(in crate::fit) mod tests {
                     x[j] += sign * step;
                     problem.linearise(&x).cost
                 };
-                // The slope of half the cost.
+                // The derivative of half the cost.
                 let expected = (moved(1.0) - moved(-1.0)) / (4.0 * step);
                 assert_relative_eq!(slope[j], expected, max_relative = 1e-5, epsilon = 1e-7);
             }

@@ -1,9 +1,9 @@
-//! The least-squares problem of fitting an expression to samples, streamed block by block.
+//! The least-squares problem of fitting an expression to samples, processed block by block.
 //!
-//! Per block, every lobe yields its basis functions and their derivatives with respect to its shapes,
-//! shared by all channels; per channel a few multiplications turn them into residuals and Jacobian
-//! columns, which go straight into a triangular factor of that channel's own few parameters. The
-//! Jacobian of the whole is never stored: what reaches the solver is one small triangle per channel.
+//! For each block, every lobe evaluates its basis functions and their derivatives with respect to its shapes, which
+//! all channels share. For each channel a few multiplications turn them into residuals and Jacobian columns, which are
+//! appended to a triangular factor of that channel's own few parameters. The whole Jacobian is never stored: the
+//! solver receives one small triangle per channel.
 
 use super::formula::{Formula, Layout, Sums};
 use super::kernels::{ChannelBlock, ObservedBlock, Scratch};
@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
-/// An expression, samples, and what is minimised between them.
+/// The problem of fitting an expression to samples: the two, the parameters, and the objective to minimise.
 pub struct ReflectanceProblem<'a> {
     expression: &'a Expression,
     observed: Arc<Observed<'a>>,
@@ -30,25 +30,25 @@ pub struct ReflectanceProblem<'a> {
     objective: Objective,
     /// The free parameters that each channel depends on.
     layouts: Vec<Layout>,
-    /// The basis of each lobe, with what was prepared for the pass before: its shapes are often this one's.
+    /// The basis of each lobe, as prepared for the previous pass, because the shapes are often the same.
     bases: Mutex<Vec<BasisBlock>>,
 }
 
-/// What a pass over the samples gathers.
+/// What a pass over the samples computes.
 #[derive(Clone, Copy)]
 enum Pass<'r> {
-    /// J^T J and J^T r.
+    /// The linear model: J^T J and J^T r.
     Model,
-    /// sum e^2 J J^T, the middle of the sandwich.
+    /// sum e^2 J J^T, the middle factor of the sandwich.
     Scatter {
-        /// R of each channel, with |R J_s|^2 the leverage of sample s.
+        /// R of each channel, for which |R J_s|^2 is the leverage of sample s.
         roots: &'r [Triangle],
         /// The root mean square of the residuals.
         typical: f64,
     },
 }
 
-/// What a range of blocks yields.
+/// The sums over a range of blocks.
 struct Gathered {
     /// The compressed rows of each channel.
     triangles: Vec<Triangle>,
@@ -58,15 +58,17 @@ struct Gathered {
     cost: f64,
 }
 
-/// Values more than this many times larger than what the bulk of them stays below are not taken seriously.
+/// Values more than this many times larger than the bulk of the data are disregarded.
 const ABSURD: f64 = 1e6;
-/// The most ranges of blocks that a pass is divided into. Fixed, so that sums do not depend on the threads.
+/// Largest number of ranges that the blocks are divided into for a pass. It is fixed, so that sums do not depend on
+/// the number of threads.
 const RANGES: usize = 64;
-/// The fewest blocks in each of those ranges.
+/// Least number of blocks in a range.
 const BLOCKS_PER_RANGE: usize = 2;
 
 impl<'a> ReflectanceProblem<'a> {
-    /// The problem of fitting the free parameters of `table`. A metric alone stands for its squares.
+    /// The problem of fitting the free parameters of `table`. A metric given as the objective means least squares in
+    /// that metric.
     #[must_use]
     pub fn new(
         expression: &'a Expression,
@@ -79,7 +81,7 @@ impl<'a> ReflectanceProblem<'a> {
         Self::of(expression, observed, table, objective)
     }
 
-    /// The same for samples that have been prepared in the metric of `objective`.
+    /// The same problem for samples that were already prepared in the metric of `objective`.
     pub(in crate::fit) fn of(
         expression: &'a Expression,
         observed: Arc<Observed<'a>>,
@@ -92,7 +94,7 @@ impl<'a> ReflectanceProblem<'a> {
         Self { expression, observed, table, objective, layouts, bases: Mutex::default() }
     }
 
-    /// The parameters, at the values last set.
+    /// The parameters, at the values they were last set to.
     #[must_use]
     pub fn table(&self) -> &ParameterTable {
         &self.table
@@ -102,13 +104,13 @@ impl<'a> ReflectanceProblem<'a> {
         self.objective
     }
 
-    /// Root of the sum of squares of the measured values, weighted and transformed like the residuals.
+    /// Square root of the sum of squares of the measured values, weighted and transformed like the residuals.
     #[must_use]
     pub fn magnitude(&self) -> f64 {
         self.observed.magnitude2().sqrt()
     }
 
-    /// The same without values out of all proportion: one of them does not make everything else negligible.
+    /// The same, limited so that a single absurdly large value does not make everything else negligible.
     pub(in crate::fit) fn plausible_magnitude(&self) -> f64 {
         let bulk = self.observed.quantile(BULK_OF_DATA);
         self.magnitude().min(ABSURD * count(self.residuals()).sqrt() * bulk)
@@ -120,10 +122,10 @@ impl<'a> ReflectanceProblem<'a> {
         self.observed.residuals()
     }
 
-    /// Rows whose products make up sum J_s J_s^T e_s^2 at `x`, the middle of the sandwich covariance, in the
-    /// blocks of the linear model; e_s is the residual that its sample would have in a fit without it. `root`
-    /// yields, for the parameters of a channel, a row each of a matrix whose product with its transpose is their
-    /// part of (J^T J)^-1; `typical` is the root mean square of the residuals.
+    /// Rows whose products with themselves add up to sum J_s J_s^T e_s^2 at `x`, the middle factor of the sandwich
+    /// covariance, in the blocks of the linear model. e_s is the residual that sample s would have in a fit without
+    /// it. `root` returns, for the parameters of a channel, the rows of a matrix whose product with its transpose is
+    /// their part of (J^T J)^-1. `typical` is the root mean square of the residuals.
     #[must_use]
     pub fn scatter(
         &self,
@@ -158,13 +160,13 @@ impl<'a> ReflectanceProblem<'a> {
         self.gather(x, Pass::Model).map_or_else(|| vec![0.0; self.layouts.len()], |total| total.costs)
     }
 
-    /// Runs over all samples and assembles what they yield.
+    /// Makes a pass over all samples and assembles the result.
     fn pass(&self, x: &DVector<f64>, kind: Pass<'_>) -> Linearisation {
         self.gather(x, kind)
             .map_or_else(|| Linearisation { cost: 0.0, blocks: Vec::new() }, |total| self.assemble(&total))
     }
 
-    /// What all samples yield at `x`; `None` without samples.
+    /// The sums over all samples at `x`; `None` without samples.
     fn gather(&self, x: &DVector<f64>, kind: Pass<'_>) -> Option<Gathered> {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
@@ -187,7 +189,7 @@ impl<'a> ReflectanceProblem<'a> {
         Some(total)
     }
 
-    /// The channels' triangles as blocks of rows.
+    /// Turns the triangles of the channels into blocks of rows.
     fn assemble(&self, total: &Gathered) -> Linearisation {
         let channels = self.layouts.iter().zip(&total.triangles);
         let blocks = channels.map(|(layout, triangle)| triangle.as_rows(layout.columns()));
@@ -195,14 +197,14 @@ impl<'a> ReflectanceProblem<'a> {
     }
 }
 
-/// The blocks of a number of samples, in ranges that do not depend on the threads.
+/// Divides the blocks of `samples` samples into ranges that do not depend on the number of threads.
 pub(in crate::fit) fn block_ranges(samples: usize) -> Vec<Range<usize>> {
     let blocks = samples.div_ceil(BLOCK);
     let length = blocks.div_ceil(RANGES).max(BLOCKS_PER_RANGE);
     (0..blocks).step_by(length).map(|start| start..blocks.min(start + length)).collect()
 }
 
-/// What one pass needs at every block.
+/// The data that one pass needs at every block.
 struct Context<'p, 'a> {
     problem: &'p ReflectanceProblem<'a>,
     kind: Pass<'p>,
@@ -210,7 +212,7 @@ struct Context<'p, 'a> {
     arch: Arch,
 }
 
-/// What one thread works in.
+/// The working space of one thread.
 struct Workspace {
     block: Block,
     /// The basis of each lobe.
@@ -228,7 +230,7 @@ impl<'p, 'a> Context<'p, 'a> {
         Workspace { block: Block::new(), bases: self.formula.bases(), scratch: Scratch::default() }
     }
 
-    /// Runs over the samples of `blocks`.
+    /// Computes the sums over the samples of `blocks`.
     fn gather(&self, blocks: Range<usize>, work: &mut Workspace) -> Gathered {
         let layouts = &self.problem.layouts;
         let mut result = Gathered {
@@ -253,7 +255,7 @@ impl<'p, 'a> Context<'p, 'a> {
         result
     }
 
-    /// What the work on one channel of one block needs.
+    /// Collects the inputs for the work on one channel of one block.
     fn kernel<'k>(
         &'k self,
         channel: usize,
@@ -278,7 +280,7 @@ impl<'p, 'a> Context<'p, 'a> {
         }
     }
 
-    /// The residuals of all channels over the samples of `blocks`, each with its sample's weight.
+    /// The residuals of all channels over the samples of `blocks`, each paired with its sample's weight.
     fn plain_residuals(&self, blocks: Range<usize>, work: &mut Workspace) -> Vec<(f64, f64)> {
         let observed = &self.problem.observed;
         let mut residuals = Vec::with_capacity(blocks.len() * BLOCK * self.formula.sums().len());
@@ -308,7 +310,8 @@ impl LeastSquares for ReflectanceProblem<'_> {
     }
 
     fn cost_floor(&self) -> f64 {
-        // Residuals below 1e-15 of the data are rounding; under a loss those of the bulk of the data.
+        // Residuals below 1e-15 of the data are rounding errors; under a loss, residuals below 1e-15 of the bulk of
+        // the data.
         let data2 = if self.objective.loss == LossKind::None {
             self.observed.magnitude2()
         } else {

@@ -1,9 +1,9 @@
-//! A way out of minima that are none: lobes without strength.
+//! Escapes from false minima at which a lobe has no strength.
 //!
-//! The strength of a lobe is a product, ks f0 in the middle and ks (1 - f0) towards grazing. Where ks = 0 and
-//! f0 = 0, neither of them alone lowers the cost if only the middle of the lobe would: ks would bring the rise
-//! towards grazing alone, f0 nothing. Both derivatives say that this is a minimum, and together they would
-//! go down.
+//! The strength of a lobe is a product: ks f0 in the middle and ks (1 - f0) towards grazing. At ks = 0 and f0 = 0,
+//! suppose that only the middle of the lobe would lower the cost. Raising ks alone adds only the rise towards grazing,
+//! and raising f0 alone adds nothing, so both derivatives say that this is a minimum; yet raising both would lower the
+//! cost.
 
 use crate::error::Error;
 use crate::fit::problem::metric::Metric;
@@ -14,16 +14,16 @@ use crate::parameters::{ParameterTable, Status};
 use crate::solver::{LeastSquares, Solution};
 use nalgebra::DVector;
 
-/// Most rounds; each brings back lobes that have been absent, and more are not seen.
+/// Largest number of rounds. Each brings back lobes that were absent; no fit has been seen to need more.
 const ROUNDS: usize = 4;
-/// An amplitude whose whole effect is below this share of the data is nothing but rounding.
+/// An amplitude whose whole effect is below this share of the data is only rounding error.
 const NEGLIGIBLE_EFFECT: f64 = 1e-9;
 
-/// Minimises over the free parameters of `table` from `start`, and again where the other factor of an absent lobe's strength
-/// shows a way down.
+/// Minimises over the free parameters of `table` from `start`, and again whenever another value of the second factor
+/// of an absent lobe's strength opens a way to a lower cost.
 ///
 /// # Errors
-/// Those of `minimise`.
+/// The errors of `minimise`.
 pub(in crate::fit) fn minimise_escaping_absent_lobes(
     problem: &impl LeastSquares,
     table: &ParameterTable,
@@ -50,8 +50,8 @@ pub(in crate::fit) fn minimise_escaping_absent_lobes(
     Ok(solution)
 }
 
-/// The same point with the second factor of absent products at its other end, where the first then lowers the cost; `None`
-/// where none does.
+/// The same point with the second factor of each absent product moved to its farther bound, if increasing the first
+/// factor then lowers the cost; `None` if that holds for no product.
 fn way_down(
     problem: &impl LeastSquares,
     table: &ParameterTable,
@@ -83,7 +83,7 @@ fn way_down(
     helps.then(|| DVector::from_vec(start.coordinates()))
 }
 
-/// The rows of products whose first factor is at a lower bound of 0, both factors free.
+/// The rows of the products whose factors are both free and whose first factor is at a lower bound of 0.
 fn absent_products(table: &ParameterTable) -> Vec<(usize, usize)> {
     let is_free = |row: usize| table.rows()[row].status == Status::Free;
     let mut absent = Vec::new();
@@ -101,7 +101,7 @@ fn absent_products(table: &ParameterTable) -> Vec<(usize, usize)> {
 }
 
 impl Task<'_> {
-    /// Sets amplitudes without any effect to their bound; returns whether there were any.
+    /// Sets amplitudes without any effect to their bound and returns whether there were any.
     pub(in crate::fit) fn drop_negligible(&self, table: &mut ParameterTable) -> bool {
         let samples = self.draws.part(POLISH_SAMPLES, self.options.seed);
         let problem = ReflectanceProblem::new(self.expression, &samples, table.clone(), Metric::L2);

@@ -1,4 +1,4 @@
-//! Where the final fit starts: the best of several starts, each followed to its minimum on part of the samples.
+//! The search for a start of the final fit: the best of several starts, each polished on part of the samples.
 
 use super::recombine::recombined;
 use super::scan::{Profile, Scan, ScanSamples, Scanner};
@@ -16,19 +16,19 @@ use std::sync::Arc;
 /// One start of the search and where it led.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// Cost after polishing, on the samples of the search.
+    /// Cost after polishing, on the samples used for the search.
     pub cost: f64,
-    /// The shapes that it started from: full name and value.
+    /// The shapes at the start: full name and value.
     pub shapes: Vec<(String, f64)>,
-    /// The shapes that it led to: row of the parameter table and value, lobes in order.
+    /// The shapes at the end: row of the parameter table and value, with lobes in order.
     pub reached: Vec<(usize, f64)>,
     /// Why the polishing stopped.
     pub termination: Termination,
 }
 
-/// What the search found, beside the parameters to start from.
+/// The outcome of the search, apart from the parameters to start from.
 pub(in crate::fit) struct SearchOutcome {
-    /// What is minimised, the scale of the loss settled.
+    /// The objective to minimise, with the scale of the loss determined.
     pub(in crate::fit) objective: Objective,
     /// The starts that were polished.
     pub(in crate::fit) starts: Vec<Start>,
@@ -36,43 +36,43 @@ pub(in crate::fit) struct SearchOutcome {
     pub(in crate::fit) profiles: Vec<Profile>,
 }
 
-/// A candidate of the scan and where polishing led it.
+/// A candidate of the scan and the result of polishing it.
 struct Polished {
     /// Parameters at the start.
     from: ParameterTable,
-    /// The end of the last minimisation.
+    /// The solution of the last minimisation.
     solution: Solution,
     /// Parameters at the end.
     to: ParameterTable,
 }
 
-/// Samples of the scan.
+/// Number of samples of the scan.
 const SCAN_SAMPLES: usize = 800;
-/// Iterations that a candidate is polished for.
+/// Number of iterations for which a candidate is polished.
 const POLISH_ITERATIONS: u64 = 150;
-/// Iterations after which, with one shape, only candidates near the lowest cost go on.
+/// Number of iterations after which, with one shape, only candidates near the lowest cost are continued.
 const SHORT_POLISH: u64 = 25;
-/// A cost above the lowest by no more than this share is near it.
+/// A cost is near the lowest if it exceeds it by no more than this fraction.
 const HOPEFUL: f64 = 0.2;
-/// Starts whose costs agree to this share have found the same minimum.
+/// Starts whose costs agree within this fraction have found the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
-/// Minima whose costs on part of the samples are above the lowest by no more than this share are compared again on
+/// Minima whose costs on part of the samples exceed the lowest by no more than this fraction are compared again on
 /// [`RACE_SAMPLES`].
 const CLOSE_RACE: f64 = 0.05;
-/// Most minima that are compared again.
+/// Largest number of minima that are compared again.
 const RIVALS: usize = 3;
-/// Samples that they are compared on.
+/// Number of samples on which they are compared.
 const RACE_SAMPLES: usize = 10 * POLISH_SAMPLES;
-/// Iterations on those samples.
+/// Number of iterations on those samples.
 const RACE_ITERATIONS: u64 = 15;
-/// Estimates of a loss's scale from part of the samples.
+/// Number of estimates of a loss's scale from part of the samples.
 const SCALE_ROUNDS: usize = 4;
 /// The smallest scale of a loss, relative to the data.
 const SMALLEST_SCALE: f64 = 1e-6;
 
 impl Task<'_> {
-    /// Searches for a start of the final fit: the best start found, polished on part of the samples, and what was found
-    /// on the way.
+    /// Searches for a start of the final fit. Returns the best parameters found, polished on part of the samples, and
+    /// a record of the search.
     pub(in crate::fit) fn search(
         &self,
         mut table: ParameterTable,
@@ -85,7 +85,7 @@ impl Task<'_> {
         let objective = Objective { metric: self.options.metric, loss: self.options.loss, scale: widest };
         let mut outcome = SearchOutcome { objective, starts: Vec::new(), profiles: Vec::new() };
 
-        // A scan over the shapes; the best of its points are polished, and the best of those is kept.
+        // Scan the shapes, polish the best points, and keep the best result.
         if !table.free().is_empty() {
             let scanner = Scanner {
                 expression: self.expression,
@@ -100,7 +100,7 @@ impl Task<'_> {
             table = self.best_of(ends, objective)?.unwrap_or(table);
         }
 
-        // Each estimate of the scale of a loss rests on a fit with the one before, the last on all samples.
+        // Each estimate of a loss's scale comes from a fit with the previous estimate; the last one uses all samples.
         if objective.loss != LossKind::None {
             let objective = &mut outcome.objective;
             for _ in 0..SCALE_ROUNDS {
@@ -113,8 +113,8 @@ impl Task<'_> {
         Ok((table, outcome))
     }
 
-    /// Polishes the candidates of a scan, and what the channels make of their ends where each has shapes of its own. Yields
-    /// a record of each and the parameters that it led to, lobes in order.
+    /// Polishes the candidates of a scan, and also the combination of their ends if channels have shapes of their own.
+    /// Returns a record of each and the parameters that it reached, with lobes in order.
     fn polish_candidates(
         &self,
         samples: &Arc<Observed<'_>>,
@@ -128,14 +128,15 @@ impl Task<'_> {
             Ok(Polished { from: from.clone(), solution, to })
         };
 
-        // With several shapes a way that is slow for long may still lead to the lowest minimum: all go on to the end.
+        // With several shapes even a slow descent may lead to the lowest minimum, so all candidates are continued to
+        // the end.
         let at_first = if scan.axes == 1 { SHORT_POLISH } else { POLISH_ITERATIONS };
         let candidates = scan.candidates.par_iter();
         let first: Result<Vec<Polished>, Error> =
             candidates.map(|candidate| polish(&candidate.table, at_first)).collect();
         let first = first?;
 
-        // With one shape, only those near the lowest cost do.
+        // With one shape only those near the lowest cost are continued.
         let lowest = first.iter().map(|end| end.solution.cost).fold(f64::INFINITY, f64::min);
         let left = POLISH_ITERATIONS - at_first;
         let go_on = |end: Polished| -> Result<Polished, Error> {
@@ -149,7 +150,7 @@ impl Task<'_> {
         let ends: Result<Vec<Polished>, Error> = first.into_par_iter().map(go_on).collect();
         let mut ends = ends?;
 
-        // Each channel by itself may do best elsewhere.
+        // Each channel alone may have its lowest cost at another end.
         let tables: Vec<&ParameterTable> = ends.iter().map(|end| &end.to).collect();
         if let Some(start) = recombined(&tables, |table| self.problem(samples, table.clone(), objective)) {
             ends.push(polish(&start, POLISH_ITERATIONS)?);
@@ -157,14 +158,15 @@ impl Task<'_> {
         Ok(ends.into_iter().map(Polished::recorded).collect())
     }
 
-    /// The best of what the starts led to; `None` without starts. Minima that are close on part of the samples compete on
-    /// more.
+    /// The best parameters that the starts reached; `None` without starts. Minima that are close on part of the
+    /// samples are compared again on more samples.
     fn best_of(
         &self,
         mut ends: Vec<(Start, ParameterTable)>,
         objective: Objective,
     ) -> Result<Option<ParameterTable>, Error> {
-        // The distinct minima near the lowest. Of starts that lead to the same one the scan's favourite is kept.
+        // The distinct minima near the lowest. If several starts reach the same minimum, the one that the scan ranked
+        // highest is kept.
         let lowest = ends.iter().map(|(start, _)| start.cost).fold(f64::INFINITY, f64::min);
         let partial = self.samples.len() > POLISH_SAMPLES;
         if partial {
@@ -198,18 +200,18 @@ impl Task<'_> {
         Ok(best.map(|(_, table)| table))
     }
 
-    /// A scale of the loss beyond which no residual of a sensible fit lies: the search starts with it,
-    /// while the bulk of the data is still far from any model.
+    /// A loss scale beyond which no residual of a sensible fit lies. The search starts with it, while the model is
+    /// still far from the bulk of the data.
     fn widest_scale(&self, samples: &Observed<'_>) -> f64 {
         if self.options.loss == LossKind::None {
             return 1.0;
         }
         let quantile = samples.quantile(BULK_OF_DATA);
-        // Data that are zero throughout have no scale; any will do.
+        // Data that are zero everywhere have no scale; any value will do.
         if quantile > 0.0 { quantile } else { 1.0 }
     }
 
-    /// The scale that the user gave, or that of the residuals at the values in `table`.
+    /// The scale that the user gave, or else the scale of the residuals at the values in `table`.
     fn loss_scale(
         &self,
         samples: &Arc<Observed<'_>>,
@@ -220,14 +222,14 @@ impl Task<'_> {
         self.options.loss_scale.unwrap_or_else(|| {
             let problem = self.problem(samples, table.clone(), objective);
             let deviation = problem.residual_deviation(&DVector::from_vec(table.coordinates()));
-            // Of data without noise only rounding is left.
+            // Without noise, the residuals are only rounding errors.
             deviation.max(SMALLEST_SCALE * widest)
         })
     }
 }
 
 impl Polished {
-    /// The record of a start, and the parameters that it led to, lobes in order.
+    /// The record of a start and the parameters that it reached, with lobes in order.
     fn recorded(mut self) -> (Start, ParameterTable) {
         self.to.sort_lobes();
         let shapes = free_shapes(&self.from).into_iter().map(|(index, value)| (self.from.name(index), value));
@@ -241,7 +243,7 @@ impl Polished {
     }
 }
 
-/// The free shapes of a table: row and value.
+/// The free shapes of a table: row and value of each.
 fn free_shapes(table: &ParameterTable) -> Vec<(usize, f64)> {
     let rows = table.free().iter().map(|index| (*index, &table.rows()[*index]));
     rows.filter(|(_, row)| row.spec.role == Role::Shape).map(|(index, row)| (index, row.value)).collect()

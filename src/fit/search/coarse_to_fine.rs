@@ -1,14 +1,14 @@
-//! The way to the minimum on all samples, most of it on a part of them.
+//! Approaches the minimum on all samples, mostly by working on a part of them.
 //!
-//! A step on part of the samples costs next to nothing, but leads to the part's own minimum. What separates the
-//! two minima is a slope: with the difference of the gradients added, linearly, to the cost on the part, the part
-//! has the gradient of the whole where that was computed, and its own curvature, which differs from the whole's
-//! only by what the draw of the part left to chance. Its minimum is then far closer to the whole's than one step
-//! of the linear model could come, because the part's cost knows the curvature of the residuals too (the idea
-//! behind Johnson and Zhang 2013, arXiv:1309.2388, and Shamir, Srebro and Zhang 2014, arXiv:1312.7853). A round
+//! A step on part of the samples costs next to nothing, but leads to the part's own minimum. The two minima lie apart
+//! because the gradients of the two costs differ. If the difference of the gradients at a point is added to the cost
+//! of the part as a linear term, the part has the gradient of the whole at that point, and a curvature of its own that
+//! differs from the whole's only because the part is a random draw. Its minimum is then far closer to the whole's than
+//! one step of the linear model could get, because the part's cost also contains the curvature of the residuals (the
+//! idea behind Johnson and Zhang 2013, arXiv:1309.2388, and Shamir, Srebro and Zhang 2014, arXiv:1312.7853). A round
 //! costs one pass over all samples.
 //!
-//! Nothing is taken on trust: the solver begins where the rounds end, on all samples, and ends by its own tests.
+//! No result relies on this: the solver starts on all samples where the rounds end, and stops by its own tests.
 
 use crate::error::Error;
 use crate::fit::problem::reflectance::ReflectanceProblem;
@@ -19,26 +19,26 @@ use crate::solver::remembered::Remembered;
 use crate::solver::{LeastSquares, Linearisation, Tolerances, minimise};
 use nalgebra::DVector;
 
-/// Samples of the part.
+/// Number of samples of the part.
 const PART_SAMPLES: usize = 20_000;
-/// The detour is worth taking only where there are this many times as many samples.
+/// The detour is taken only if there are at least this many times as many samples as in the part.
 const LEAST_RATIO: usize = 8;
-/// Passes over all samples; the second correction already ends within the tolerance of most fits.
+/// Largest number of passes over all samples. For most fits the second correction already ends within the tolerance.
 const ROUNDS: usize = 3;
-/// The end on the part: its minimum is only a step on the way.
+/// Tolerances on the part, whose minimum is only an intermediate step.
 const FIRST: Tolerances = Tolerances { step: 1e-8, cost: 1e-9, gradient: 1e-9, refinements: 0 };
-/// The end on the corrected part, whose minimum is compared with that of the whole.
+/// Tolerances on the corrected part, whose minimum is compared with that of the whole.
 const CORRECTED: Tolerances = Tolerances { step: 1e-11, cost: 1e-14, gradient: 1e-14, refinements: 0 };
-/// Most iterations on the part.
+/// Largest number of iterations on the part.
 const ITERATIONS: u64 = 60;
 
 impl Task<'_> {
-    /// A point close to the minimum on all samples, from one close to the minimum on part of them; or that point,
-    /// where there are too few samples to gain anything. Ends when the linear model promises less than `promise`
-    /// of the cost. Also yields the number of passes over all samples.
+    /// Moves from a point close to the minimum on part of the samples to one close to the minimum on all of them.
+    /// Returns the point given if there are too few samples to gain anything. Ends when the linear model predicts a
+    /// decrease of less than `promise` of the cost. Also returns the number of passes over all samples.
     ///
     /// # Errors
-    /// Those of [`minimise`].
+    /// The errors of [`minimise`].
     pub(in crate::fit) fn coarse_to_fine(
         &self,
         whole: &Remembered<'_, ReflectanceProblem<'_>>,
@@ -49,7 +49,7 @@ impl Task<'_> {
             return Ok((start, 0));
         }
 
-        // The part's own minimum.
+        // Minimise on the part alone.
         let samples = self.draws.part(PART_SAMPLES, self.options.seed);
         let (table, objective) = (whole.problem().table().clone(), whole.problem().objective());
         let part = self.problem(&self.observe(&samples), table, objective);
@@ -58,7 +58,8 @@ impl Task<'_> {
         let mut model = whole.linearise(&x);
         let mut passes = 1;
 
-        // The minimum of the part with the gradient of the whole, as long as that is closer to the whole's.
+        // Minimise on the part with the gradient of the whole, as long as that leads closer to the minimum of the
+        // whole.
         for _ in 1..ROUNDS {
             if limits.reason(0).is_some()
                 || model.cost <= whole.cost_floor()
@@ -79,7 +80,7 @@ impl Task<'_> {
     }
 }
 
-/// Whether the linear model promises more than a share of the cost.
+/// Whether the linear model predicts a decrease of more than `promise` of the cost.
 fn worthwhile(model: &Linearisation, x: &DVector<f64>, problem: &impl LeastSquares, promise: f64) -> bool {
     let scale = model.column_lengths(x.len()).map(|s| if s > 0.0 { s } else { 1.0 });
     let bounds = problem.bounds();

@@ -1,4 +1,4 @@
-//! Where a fit starts, and how it gets near the minimum on a part of the samples.
+//! The search for a start of the fit, and the approach to the minimum on a part of the samples.
 
 // Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
 // number.

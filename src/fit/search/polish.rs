@@ -10,11 +10,11 @@ use crate::solver::{Solution, Tolerances, minimise};
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// Minima need to be told from each other, no more.
+/// The minima only need to be told apart.
 const TOLERANCES: Tolerances = Tolerances { step: 1e-6, cost: 1e-7, gradient: 1e-6, refinements: 0 };
 
 impl Task<'_> {
-    /// The minimum that the parameters of `table` lead to, as near as comparing minima takes.
+    /// Minimises from the parameters of `table`, as precisely as comparing minima requires.
     pub(in crate::fit) fn polish(
         &self,
         samples: &Arc<Observed<'_>>,

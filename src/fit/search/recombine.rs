@@ -1,8 +1,8 @@
-//! A start per channel, put together from starts for all channels.
+//! Puts together a start for each channel from starts for all channels.
 //!
-//! The search tries one value of a shape in all channels at a time. Where the shape may differ from channel to channel,
-//! the value that is right for one can be wrong for another; but the channels hardly know of one another, and of each
-//! the best that was seen anywhere can be taken.
+//! The search tries each value of a shape in all channels at once. If the shape may differ between channels, the value
+//! that is right for one can be wrong for another. But the channels are almost independent, so each can take the best
+//! value that was seen anywhere.
 
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::model::Role;
@@ -10,10 +10,10 @@ use crate::parameters::{ParameterRow, ParameterTable, Status};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// A gain below this share of the whole cost is none.
+/// A gain below this share of the whole cost is ignored.
 const GAIN: f64 = 1e-6;
 
-/// A place and the cost of each channel there.
+/// A set of parameters and the cost of each channel there.
 struct Place<'t> {
     table: &'t ParameterTable,
     costs: Vec<f64>,
@@ -26,9 +26,9 @@ impl Place<'_> {
     }
 }
 
-/// The parameters of each channel from the place where it costs least, the shared ones from the best place. `None` if that
-/// is the best place itself, or the model has no shape to search for in each channel. `problem` poses the problem at a
-/// place.
+/// Takes the parameters of each channel from the place where its cost is lowest, and the shared ones from the best
+/// place. `None` if the result is the best place itself, or if the model has no shape that is searched for in each
+/// channel separately. `problem` builds the problem at a place.
 pub(super) fn recombined<'t, 'p>(
     places: &[&'t ParameterTable],
     problem: impl Fn(&ParameterTable) -> ReflectanceProblem<'p> + Sync,
@@ -45,7 +45,7 @@ pub(super) fn recombined<'t, 'p>(
     let places: Vec<Place<'t>> = places.par_iter().map(evaluate).collect();
     let best = places.iter().min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
 
-    // What channels gain elsewhere.
+    // Take over the parameters of channels that cost less at another place.
     let mut table = best.table.clone();
     let mut any = false;
     for channel in 0..best.costs.len() {
@@ -65,17 +65,17 @@ pub(super) fn recombined<'t, 'p>(
     any.then_some(table)
 }
 
-/// Whether a channel costs less at one place than at another.
+/// Whether the cost of a channel is lower at one place than at another.
 fn costs_less(place: &Place<'_>, other: &Place<'_>, channel: usize) -> bool {
     place.costs[channel].total_cmp(&other.costs[channel]).is_lt()
 }
 
-/// Whether channels have shapes of their own that are searched for.
+/// Whether any scanned shape is fitted in each channel separately.
 fn has_shapes_apart(table: &ParameterTable) -> bool {
     table.rows().iter().any(|row| is_apart(row) && row.spec.role == Role::Shape && row.spec.scanned)
 }
 
-/// Whether a parameter is fitted in each channel by itself.
+/// Whether a parameter is fitted in each channel separately.
 fn is_apart(row: &ParameterRow) -> bool {
     row.status == Status::Free && row.channel.is_some()
 }

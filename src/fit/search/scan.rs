@@ -1,9 +1,8 @@
-//! Where a fit starts: a scan over the shape parameters with the amplitudes solved at every point.
+//! Scans the shape parameters for places to start a fit, solving for the amplitudes at every point.
 //!
-//! For fixed shapes the model is linear, or nearly so, in its amplitudes; profiling the cost over the one
-//! to four shapes alone finds the basin of the global minimum (variable projection, Golub and Pereyra
-//! 1973; for reflectance Yu, Seo and Lee 2011). The amplitudes are solved in the fit's own metric, on a
-//! few hundred samples.
+//! For fixed shapes the model is linear, or nearly so, in its amplitudes. Profiling the cost over the one to four
+//! shapes alone finds the basin of the global minimum (variable projection, Golub and Pereyra 1973; for reflectance
+//! Yu, Seo and Lee 2011). The amplitudes are solved in the fit's own metric, on a few hundred samples.
 
 use super::absent_lobes::minimise_escaping_absent_lobes;
 use super::recombine::recombined;
@@ -23,36 +22,37 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Points of a scan along one shape.
+/// Number of points of a scan along one shape.
 const POINTS_ON_A_LINE: usize = 30;
-/// Points of a scan of two shapes, along each of them.
+/// Number of points along each axis in a scan of two shapes.
 const POINTS_PER_SIDE: usize = 20;
-/// Points of a scan of three or more shapes, in all.
+/// Total number of points in a scan of three or more shapes.
 const POINTS_IN_SPACE: usize = 300;
-/// Of this many times as many points about one in two is left when lobes of one kind are put in order.
+/// Factor by which the number of points is increased if lobes of one kind are put in order, which leaves about half
+/// the points.
 const POINTS_PER_ORDERED_POINT: usize = 2;
-/// Starts that come out of a scan of at most one shape.
+/// Number of starts taken from a scan of at most one shape.
 const STARTS_ON_A_LINE: usize = 5;
-/// Starts that come out of a scan of more shapes.
+/// Number of starts taken from a scan of more shapes.
 const STARTS_IN_SPACE: usize = 8;
-/// Iterations that solve the amplitudes of a point: as many as products of amplitudes may take.
+/// Largest number of iterations to solve the amplitudes at a point: products of amplitudes may take this many.
 const ITERATIONS: u64 = 40;
-/// Iterations that tell which points along one shape, of which nothing is hidden, are worth the rest. With more shapes the
-/// way to the best minimum may begin at any point, and each gets all of [`ITERATIONS`].
+/// Number of iterations, in a scan along one shape, after which only the promising points are continued: a line hides
+/// nothing. With more shapes the way to the best minimum may begin at any point, and each gets all of [`ITERATIONS`].
 const FIRST_ITERATIONS: u64 = 6;
-/// One point in this many is worth the rest.
+/// One point in this many is promising and is continued.
 const PROMISING: usize = 3;
-/// Shapes up to which the points form a lattice, along whose sides the lowest cost can be told.
+/// Largest number of shapes for which the points form a lattice, so that the lowest cost along each axis is known.
 const LATTICE_AXES: usize = 2;
-/// Channels that the points are compared in.
+/// Largest number of channels in which the points are compared.
 const CHANNELS: usize = 4;
-/// A scan needs to tell basins apart, no more.
+/// A scan only needs to tell basins apart.
 const TOLERANCES: Tolerances = Tolerances { step: 1e-4, cost: 1e-4, gradient: 1e-4, refinements: 0 };
 
 /// A place to start from.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
-    /// Shapes as scanned, amplitudes as solved.
+    /// The parameters: shapes as scanned, amplitudes as solved.
     pub(super) table: ParameterTable,
     /// Cost on the scan's samples.
     pub(super) cost: f64,
@@ -65,14 +65,14 @@ pub(super) struct Scan {
     pub(super) axes: usize,
     /// The most promising starts, the best first.
     pub(super) candidates: Vec<Candidate>,
-    /// The lowest cost along each axis; empty where the points form no lattice.
+    /// The lowest cost along each axis; empty if the points form no lattice.
     pub(super) profiles: Vec<Profile>,
 }
 
-/// The lowest cost at each value of one shape, whatever the others.
+/// The lowest cost at each value of one shape, over all values of the other shapes.
 #[derive(Clone, Debug)]
 pub(in crate::fit) struct Profile {
-    /// The shape's first row.
+    /// The shape's first row in the parameter table.
     pub(in crate::fit) row: usize,
     /// Values of the shape, ascending, each with the lowest cost there.
     pub(in crate::fit) points: Vec<(f64, f64)>,
@@ -80,9 +80,9 @@ pub(in crate::fit) struct Profile {
 
 /// The samples of a scan.
 pub(super) struct ScanSamples<'a> {
-    /// In a few channels: the shapes are mostly the same in all.
+    /// The samples in a few channels, which are enough because the shapes are mostly the same in all.
     some: Arc<Observed<'a>>,
-    /// In all channels, because the amplitudes differ; `None` where those are the few.
+    /// The samples in all channels, for the amplitudes, which differ; `None` if there are only a few channels.
     all: Option<Arc<Observed<'a>>>,
 }
 
@@ -99,9 +99,9 @@ impl<'a> ScanSamples<'a> {
     }
 }
 
-/// One axis of the scan: a free shape parameter, over all channels that it has.
+/// One axis of the scan: a free shape parameter, with all the channels that have it.
 struct Axis {
-    /// Rows of the parameter table, at least one.
+    /// Rows of the parameter table; at least one.
     rows: Vec<usize>,
     scale: Scale,
     /// The smallest and the largest value.
@@ -119,7 +119,7 @@ impl Axis {
     }
 }
 
-/// The free shapes that the user gave no start for.
+/// The free shapes for which the user gave no start value.
 fn axes(table: &ParameterTable) -> Vec<Axis> {
     let mut axes: Vec<Axis> = Vec::new();
     for lobe in 0..table.lobes().len() {
@@ -137,7 +137,7 @@ fn axes(table: &ParameterTable) -> Vec<Axis> {
             let Some(first) = rows.first() else { continue };
             let row = &table.rows()[*first];
             let (typical, bounds) = (row.spec.typical, row.bounds);
-            // Bounds outside the typical range leave nothing of it; then they are the range.
+            // If the bounds exclude the typical range, the bounds are the range.
             let clipped = (typical.0.max(bounds.0), typical.1.min(bounds.1));
             let range = if clipped.0 < clipped.1 { clipped } else { bounds };
             axes.push(Axis { rows, scale: row.spec.scale, range });
@@ -146,7 +146,8 @@ fn axes(table: &ParameterTable) -> Vec<Axis> {
     axes
 }
 
-/// The fractions of each axis' range at each point of a scan; more of them if the lobes' `order` leaves only some.
+/// The points of a scan, as fractions of each axis' range. If lobes are `ordered`, which leaves only some of the
+/// points, there are more of them.
 fn scan_points(axes: usize, seed: u64, ordered: bool) -> Vec<Vec<f64>> {
     let centre = |i: usize, n: usize| (count(i) + 0.5) / count(n);
     match axes {
@@ -156,8 +157,8 @@ fn scan_points(axes: usize, seed: u64, ordered: bool) -> Vec<Vec<f64>> {
             let side = POINTS_PER_SIDE;
             (0..side * side).map(|i| vec![centre(i / side, side), centre(i % side, side)]).collect()
         }
-        // Halton's sequence (1960) fills more dimensions evenly with few points; shifted at random
-        // (Cranley and Patterson 1976), another seed tries other points.
+        // Halton's sequence (1960) fills many dimensions evenly with few points. It is shifted at random (Cranley and
+        // Patterson 1976), so that another seed tries other points.
         _ => {
             let points = if ordered { POINTS_PER_ORDERED_POINT * POINTS_IN_SPACE } else { POINTS_IN_SPACE };
             let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -168,13 +169,13 @@ fn scan_points(axes: usize, seed: u64, ordered: bool) -> Vec<Vec<f64>> {
     }
 }
 
-/// The base of Halton's sequence along an axis: a prime, as long as the table lasts.
+/// The base of Halton's sequence along an axis: a prime, up to the length of the table of primes.
 fn halton_base(axis: usize) -> usize {
     const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
     PRIMES.get(axis).copied().unwrap_or(41 + axis)
 }
 
-/// The radical inverse of `index`.
+/// The radical inverse of `index` in a base.
 fn halton(index: usize, base: usize) -> f64 {
     let (mut result, mut fraction, mut rest) = (0.0, 1.0, index);
     while rest > 0 {
@@ -185,22 +186,22 @@ fn halton(index: usize, base: usize) -> f64 {
     result
 }
 
-/// What a scan works with.
+/// The inputs of a scan.
 pub(super) struct Scanner<'s> {
     pub(super) expression: &'s Expression,
     pub(super) samples: &'s ScanSamples<'s>,
     pub(super) objective: Objective,
-    /// What ends a minimisation, beside the scan's own number of iterations.
+    /// The limits of each minimisation, apart from the scan's own number of iterations.
     pub(super) limits: Limits,
 }
 
 impl Scanner<'_> {
-    /// Scans the shapes of `table` that are free.
+    /// Scans the free shapes of `table`.
     ///
     /// # Errors
-    /// [`Error::Optimiser`] for a defect.
+    /// [`Error::Optimiser`] for a bug in this crate.
     pub(super) fn scan(&self, table: &ParameterTable, seed: u64) -> Result<Scan, Error> {
-        // The points to try. Of those that differ only in which lobe is which, one is enough.
+        // The points to try. If points differ only in which lobe is which, one of them is enough.
         let axes = axes(table);
         let ordered = table.has_exchangeable_lobes();
         let (points, places): (Vec<Vec<f64>>, Vec<ParameterTable>) = scan_points(axes.len(), seed, ordered)
@@ -212,7 +213,7 @@ impl Scanner<'_> {
             .filter(|(_, place)| !ordered || place.is_sorted())
             .unzip();
 
-        // The amplitudes at each point, and the points that are worth following.
+        // Solve the amplitudes at each point, and choose the points that are worth following.
         let on_a_line = axes.len() == 1;
         let candidates = if on_a_line {
             self.solve_the_promising(places)?
@@ -224,7 +225,7 @@ impl Scanner<'_> {
         let profiles =
             if axes.len() <= LATTICE_AXES { profiles(&axes, &points, &candidates) } else { Vec::new() };
 
-        // Where channels have shapes of their own, each may start at another point.
+        // If channels have shapes of their own, each may start at another point.
         let tables: Vec<&ParameterTable> = candidates.iter().map(|candidate| &candidate.table).collect();
         let apart = recombined(&tables, |table| self.problem(&self.samples.some, table.clone()))
             .map(|table| self.solve_amplitudes(&self.samples.some, table, ITERATIONS))
@@ -232,7 +233,7 @@ impl Scanner<'_> {
         let mut starts: Vec<Candidate> = chosen.into_iter().map(|index| candidates[index].clone()).collect();
         starts.extend(apart);
 
-        // The shapes are mostly the same in all channels, the amplitudes are not.
+        // The shapes are mostly the same in all channels, but the amplitudes are not.
         if let Some(all) = &self.samples.all {
             let iterations = if on_a_line { FIRST_ITERATIONS } else { ITERATIONS };
             let tables = starts.into_iter().map(|start| start.table).collect();
@@ -241,7 +242,7 @@ impl Scanner<'_> {
         Ok(Scan { axes: axes.len(), candidates: starts, profiles })
     }
 
-    /// Solves the amplitudes at each place, first roughly, then those of the most promising places well.
+    /// Solves the amplitudes at each place roughly, then those of the most promising places precisely.
     fn solve_the_promising(&self, places: Vec<ParameterTable>) -> Result<Vec<Candidate>, Error> {
         let mut candidates = self.solve_all(&self.samples.some, places, FIRST_ITERATIONS)?;
         let wanted = candidates.len().div_ceil(PROMISING);
@@ -291,7 +292,7 @@ impl Scanner<'_> {
     }
 }
 
-/// The parameters of `table` with the shapes at a point of the scan.
+/// The parameters of `table` with the shapes set to a point of the scan.
 fn at_point(table: &ParameterTable, axes: &[Axis], point: &[f64]) -> ParameterTable {
     assert_eq!(axes.len(), point.len(), "a coordinate per axis");
     let mut table = table.clone();
@@ -301,8 +302,8 @@ fn at_point(table: &ParameterTable, axes: &[Axis], point: &[f64]) -> ParameterTa
     table
 }
 
-/// The indices of up to `wanted` candidates to follow: the minima among their neighbours come first, then the best of what
-/// lies away from them.
+/// The indices of up to `wanted` candidates to follow: first the local minima, then the best of those that are not
+/// near one already chosen.
 fn choose(points: &[Vec<f64>], candidates: &[Candidate], axes: usize, wanted: usize) -> Vec<usize> {
     assert_eq!(points.len(), candidates.len(), "a candidate per point");
     let order = ranking(candidates);
@@ -321,7 +322,7 @@ fn choose(points: &[Vec<f64>], candidates: &[Candidate], axes: usize, wanted: us
     chosen
 }
 
-/// The candidates' indices, the best first.
+/// The indices of the candidates, the best first.
 fn ranking(candidates: &[Candidate]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     order.sort_by(|a, b| candidates[*a].cost.total_cmp(&candidates[*b].cost));

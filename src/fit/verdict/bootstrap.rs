@@ -1,10 +1,10 @@
 //! Standard errors by resampling whole angles of incidence.
 //!
-//! The formulas of `covariance` take each sample's error for independent. Those of one angle of
-//! incidence rarely are: they share the lamp's alignment and drift, and where the model is wrong they miss
-//! it alike. Here the angles are what is independent: as many as there are are drawn with replacement,
-//! the fit is repeated from the optimum on what was drawn, and the spread of the repeated fits is the error
-//! (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
+//! The formulas of `covariance` assume that the samples' errors are independent. The errors of samples at one angle of
+//! incidence rarely are: they share the lamp's alignment and drift, and if the model is wrong, it is wrong in the same
+//! way for all of them. Here only the angles are assumed to be independent. As many angles as there are are drawn with
+//! replacement, the fit is repeated from the optimum on what was drawn, and the spread of the repeated fits is the
+//! error (Efron 1979, doi:10.1214/aos/1176344552; Davison and Hinkley 1997, section 2.4 and 3.8 for clusters).
 
 use super::covariance::{Covariance, Method};
 use super::warning::Warning;
@@ -25,36 +25,36 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Fits repeated on resampled angles of incidence.
+/// The fits repeated on resampled angles of incidence.
 #[derive(Clone, Debug)]
 pub struct Resampled {
     /// Number of fits.
     pub replicates: usize,
-    /// The smallest and the largest `theta_i` of each group of samples that could be drawn, degrees.
+    /// The smallest and the largest `theta_i` of each group of samples that could be drawn, in degrees.
     pub theta_i_deg: Vec<[f64; 2]>,
-    /// Rows of the free parameters.
+    /// Rows of the free parameters in the parameter table.
     rows: Vec<usize>,
-    /// The values of each free parameter, fit by fit, in the parameter's own unit.
+    /// The values of each free parameter in every fit, in the parameter's own unit.
     values: Vec<Vec<f64>>,
 }
 
-/// Number of repeated fits. The standard error of a standard error is then 5 %.
+/// Number of repeated fits. With this many, the standard error of a standard error is 5 %.
 const REPLICATES: usize = 200;
-/// Fewest repeated fits; fewer tell nothing of the ends of an interval.
+/// Least number of repeated fits; fewer say nothing about the ends of an interval.
 const FEWEST_REPLICATES: usize = 50;
-/// Fewer angles than this can be drawn in too few ways.
+/// Least number of groups: fewer can be drawn in too few ways.
 const FEWEST_GROUPS: usize = 5;
-/// Each fit begins close to its minimum, and its last step is far below the spread between fits.
+/// Tolerances of each fit. It begins close to its minimum, and its last step is far below the spread between fits.
 const LOOSE: Tolerances = Tolerances { step: 1e-5, cost: 1e-6, gradient: 1e-6, refinements: 0 };
-/// Fits that take longer than this creep along a valley, and count from where they got to: without them the
-/// errors would come out too small.
+/// Largest number of iterations. Fits that take more are creeping along a valley. They count with the values they have
+/// reached, because without them the errors would come out too small.
 const ITERATIONS: u64 = 20;
-/// Up to this many samples several fits run at once; with more each fit divides its samples among the
-/// threads, and one copy of them is enough.
+/// Largest number of samples with which several fits run at once. With more samples each fit divides its samples among
+/// the threads, so that only one copy of them is needed.
 const SMALL: usize = 50_000;
-/// Fits that run at once. Which fits are made, and what they find, does not depend on it.
+/// Number of fits that run at once. It affects neither which fits are made nor their results.
 const AT_ONCE: usize = 20;
-/// Tells the draw of angles from the other draws with the same seed.
+/// Makes this draw of angles differ from the other draws with the same seed.
 const BOOTSTRAP_STREAM: u64 = 0x626f_6f74_7374;
 
 /// The groups to draw from.
@@ -74,7 +74,7 @@ pub(in crate::fit) fn groups(samples: &Samples, measurement: &Measurement) -> Re
     Ok(groups)
 }
 
-/// Repeats the fit that ended at `table`; a warning instead of, or beside, the result where that was cut short.
+/// Repeats the fit that ended at `table`. If that was cut short, there is a warning, with or without the result.
 pub(in crate::fit) fn resample(
     task: &Task<'_>,
     objective: Objective,
@@ -114,7 +114,7 @@ pub(in crate::fit) fn resample(
     Ok((Some(Resampled { replicates: finished, theta_i_deg, rows, values }), short))
 }
 
-/// How often each of `n` groups is drawn, per replicate.
+/// The number of times each of `n` groups is drawn, for each replicate.
 fn draws(n: usize, seed: u64) -> Vec<Vec<usize>> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ BOOTSTRAP_STREAM);
     let mut one = || {
@@ -129,13 +129,14 @@ fn draws(n: usize, seed: u64) -> Vec<Vec<usize>> {
 
 /// A repeated fit.
 struct Repeated {
-    /// Values of the free parameters, in their own units.
+    /// The values of the free parameters, in their own units.
     values: Vec<f64>,
     cost: f64,
 }
 
 impl Task<'_> {
-    /// The fit on groups drawn `times` each; `None` if it was stopped or has no finite cost.
+    /// Fits the groups, each counted as many times as `times` says; `None` if the fit was stopped or its cost is not
+    /// finite.
     fn repeat(
         &self,
         objective: Objective,
@@ -143,7 +144,7 @@ impl Task<'_> {
         times: &[usize],
         table: &ParameterTable,
     ) -> Result<Option<Repeated>, Error> {
-        // Even one pass over a large table would keep the user waiting.
+        // On a large table even one pass would keep the user waiting.
         let limits = self.limits(ITERATIONS, None);
         let told = limits.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
         if told || limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
@@ -164,7 +165,7 @@ impl Task<'_> {
         }
         let mut found = table.clone();
         found.set_coordinates(solution.x.as_slice());
-        // The same lobe in every fit.
+        // Order the lobes, so that each is the same one in every fit.
         found.sort_lobes();
         let values = found.free_rows().map(|row| row.value).collect();
         Ok(Some(Repeated { values, cost: solution.cost }))
@@ -172,31 +173,35 @@ impl Task<'_> {
 }
 
 impl Resampled {
-    /// The values of the parameter in a row of the table, fit by fit; `None` if it is not free.
-    fn of(&self, row: usize) -> Option<&[f64]> {
+    /// The value of the parameter in a row of the table, for each fit; `None` if it is not free.
+    fn values_of(&self, row: usize) -> Option<&[f64]> {
         let place = self.rows.iter().position(|r| *r == row)?;
         Some(&self.values[place])
     }
 
-    /// The 95 % interval of the parameter in a row of the table: the 2.5 and 97.5 percentiles.
+    /// The 95 % interval of the parameter in a row of the table: the 2.5th and 97.5th percentiles. `None` if it is not
+    /// free.
     #[must_use]
     pub fn interval(&self, row: usize) -> Option<[f64; 2]> {
-        self.of(row).map(percentiles)
+        self.values_of(row).map(percentiles)
     }
 
-    /// Standard error and 95 % interval of the product of the parameters in two rows.
+    /// The standard error and the 95 % interval of the product of the parameters in two rows; `None` unless both are
+    /// free.
     #[must_use]
     pub fn product(&self, a: usize, b: usize) -> Option<(f64, [f64; 2])> {
-        let products: Vec<f64> = self.of(a)?.iter().zip(self.of(b)?).map(|(x, y)| x * y).collect();
+        let products: Vec<f64> =
+            self.values_of(a)?.iter().zip(self.values_of(b)?).map(|(x, y)| x * y).collect();
         Some((covariance(&products, &products).sqrt(), percentiles(&products)))
     }
 
-    /// What the formula says of which parameters are determined, with the covariance of the repeated fits.
+    /// Replaces the covariance of `formula` by that of the repeated fits. Which parameters are determined stays as the
+    /// formula says.
     pub(super) fn covariance(&self, formula: Covariance) -> Covariance {
         let fits = self.replicates;
-        // Differences from the mean, such that their products are unbiased covariances.
+        // Differences from the mean, scaled so that their products are unbiased covariances.
         let of_row = |row: &usize| {
-            let values = self.of(*row)?;
+            let values = self.values_of(*row)?;
             let mean = mean(values);
             let unit = (count(fits) - 1.0).sqrt();
             Some(DVector::from_fn(fits, |k, _| (values[k] - mean) / unit))
@@ -218,7 +223,7 @@ fn covariance(a: &[f64], b: &[f64]) -> f64 {
     sum / (count(a.len()) - 1.0)
 }
 
-/// The 2.5 and 97.5 percentiles, linear between the values.
+/// The 2.5th and 97.5th percentiles, interpolated linearly between the values.
 fn percentiles(values: &[f64]) -> [f64; 2] {
     assert!(!values.is_empty(), "values to sort");
     let mut sorted = values.to_vec();
@@ -262,7 +267,7 @@ mod tests {
         let draws = draws(8, 0);
         assert_eq!(draws.len(), REPLICATES);
         assert!(draws.iter().all(|times| times.iter().sum::<usize>() == 8));
-        // A group is missed with probability (7/8)^8 = 0.344: 550 of 1600, standard deviation below 19.
+        // A group is never drawn with probability (7/8)^8 = 0.344: 550 of 1600, standard deviation below 19.
         let missed = draws.iter().flatten().filter(|times| **times == 0).count();
         assert!((480..620).contains(&missed), "{missed}");
     }

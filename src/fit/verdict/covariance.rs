@@ -1,19 +1,20 @@
 //! Standard errors, intervals and correlations at the optimum.
 //!
-//! With H = J^T J at the optimum, J weighted like the residuals:
+//! With H = J^T J at the optimum and J weighted like the residuals:
 //!
-//! - given standard deviations make the residuals unit normal, and the covariance is H^-1, absolute;
-//! - other weights are not inverse variances, and the covariance is the sandwich
-//!   H^-1 (sum e^2 J J^T) H^-1 (Huber 1967, White 1980), which lets each sample tell its own noise.
+//! - If standard deviations are given, the residuals are unit normal and the covariance is H^-1 (`absolute`).
+//! - Other weights are not inverse variances, and the covariance is the sandwich H^-1 (sum e^2 J J^T) H^-1
+//!   (Huber 1967, White 1980), in which each sample reveals its own noise.
 //!
-//! A fit follows the samples that decide it, and r, the residual it leaves them, is smaller than their noise.
-//! Hence e = r/(1 - h) with h = J_s H^-1 J_s the leverage, the residual in a fit without the sample: the third
-//! form of MacKinnon and White 1985 (HC3, doi:10.1016/0304-4076(85)90158-7), the jackknife of a linear model.
+//! A fit follows the samples that decide it, so the residual r that remains at such a sample is smaller than its noise.
+//! Hence e = r/(1 - h), where h = J_s H^-1 J_s is the leverage: the residual that the sample would have in a fit without
+//! it. This is the third form of MacKinnon and White 1985 (HC3, doi:10.1016/0304-4076(85)90158-7), the jackknife of a
+//! linear model.
 //!
-//! Both assume independent errors from sample to sample. Neighbouring cells of a measured table are not
-//! independent: read the errors as lower limits there.
+//! Both assume that the samples' errors are independent. Those of neighbouring cells of a measured table are not, so the
+//! standard errors are lower limits there.
 //!
-//! Matrices over all parameters are never formed: `arrow` takes the model apart channel by channel.
+//! Matrices over all parameters are never formed: `arrow` decomposes the model channel by channel.
 
 use crate::parameters::ParameterTable;
 use crate::solver::Linearisation;
@@ -22,11 +23,11 @@ use crate::solver::inverse::block_matrix::BlockMatrix;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// How the covariance was found.
+/// The method by which the covariance was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// From given standard deviations.
+    /// From the standard deviations given with the data.
     Absolute,
     /// From the scatter of the residuals.
     Sandwich,
@@ -46,35 +47,35 @@ impl Method {
     }
 }
 
-/// The covariance of the parameters that are neither held nor at a bound.
+/// The covariance of the parameters that are free and not at a bound.
 #[derive(Clone, Debug)]
 pub struct Covariance {
-    /// How it was found.
+    /// The method by which it was found.
     pub method: Method,
     /// Rows of the parameter table, ascending.
     pub rows: Vec<usize>,
-    /// In the parameters' own units.
+    /// The covariances, in the parameters' own units.
     pub(super) entries: BlockMatrix,
-    /// Rows that the data do not determine: no standard error means anything for them.
+    /// Rows that the data do not determine, for which a standard error has no meaning.
     pub undetermined: Vec<usize>,
     /// Ratio of the largest to the smallest singular value of J with columns of unit length.
     pub condition: f64,
-    /// Rows whose error would be far larger if some parameter at a bound could move: none is given.
+    /// Rows whose error would be far larger if some parameter at a bound could move. They have no standard error.
     pub dependent: Vec<usize>,
-    /// Rows whose samples a loss discards: no standard error means anything for them either.
+    /// Rows whose samples a loss discards, for which a standard error has no meaning either.
     pub discarded: Vec<usize>,
-    /// Rows that take part in the combination of parameters that is known worst.
+    /// Rows that belong to the combination of parameters that is known worst.
     pub weakest: Vec<usize>,
-    /// Factor between a standard error and half a 95 % interval.
+    /// Ratio of half a 95 % interval to a standard error.
     pub quantile: f64,
     pub(super) unbounded: Unbounded,
 }
 
-/// A parameter whose part in a direction of unit length is larger than this belongs to the combination.
+/// A parameter belongs to a combination if its component of the unit direction is larger than this.
 const IN_COMBINATION: f64 = 0.3;
-/// A direction of unit length whose part among those that are not determined is larger than this is not determined itself.
+/// A unit direction is not determined if its projection onto the undetermined directions is longer than this.
 const IN_NULL_DIRECTION: f64 = 0.05;
-/// A variance that holding others at their bounds makes this many times smaller says little.
+/// If holding others at their bounds makes a variance this many times smaller, the smaller variance says little.
 const INFLATION: f64 = 5.0;
 
 /// Half of a 95 % interval in standard errors: the 0.975 quantile of Student's t.
@@ -88,21 +89,22 @@ fn half_interval(dof: f64) -> f64 {
     StudentsT::new(0.0, 1.0, dof).map_or(f64::NAN, |t| t.inverse_cdf(0.975))
 }
 
-/// The linear model in some of the parameters, and what it knows of them.
+/// The linear model in some of the parameters, and how well it determines them.
 struct Known {
     /// Rows of the parameter table, ascending.
     rows: Vec<usize>,
     arrow: Arrow,
     /// H^-1, in scaled coordinates.
     inverse: BlockMatrix,
-    /// The projection to the directions that are not determined.
+    /// The projection onto the directions that are not determined.
     unknown: BlockMatrix,
     /// The parameters' own units per unit of their scaled coordinates.
     units: DVector<f64>,
 }
 
 impl Known {
-    /// Of `selected` columns of the Jacobian of `n` parameters, each with its row of the parameter table.
+    /// The model of the `selected` columns of the Jacobian of `n` parameters; each column comes with its row of the
+    /// parameter table.
     fn new(
         table: &ParameterTable,
         model: &Linearisation,
@@ -116,13 +118,13 @@ impl Known {
         Some(Self { inverse: arrow.inverse(), unknown: arrow.unknown(), rows, arrow, units })
     }
 
-    /// Rows of parameters that the data do not determine.
+    /// The rows of the parameters that the data do not determine.
     fn undetermined(&self) -> Vec<usize> {
         let lost = |i: usize| self.unknown.square(&[(i, 1.0)]).sqrt() > IN_NULL_DIRECTION;
         self.rows.iter().enumerate().filter(|(i, _)| lost(*i)).map(|(_, row)| *row).collect()
     }
 
-    /// Rows that take part in the direction known worst.
+    /// The rows that belong to the direction known worst.
     fn weakest(&self) -> Vec<usize> {
         let entries = self.arrow.weakest.iter().zip(&self.rows);
         entries.filter(|(entry, _)| entry.abs() > IN_COMBINATION).map(|(_, row)| *row).collect()
@@ -135,21 +137,21 @@ impl Known {
     }
 }
 
-/// The covariance of all free parameters, those at a bound too, as if there were no bounds.
+/// The covariance of all free parameters as if there were no bounds, including those at a bound.
 #[derive(Clone, Debug)]
 pub(super) struct Unbounded {
     rows: Vec<usize>,
     entries: BlockMatrix,
-    /// Own units per unit of the coordinates that `unknown` is in.
+    /// The parameters' own units per unit of the coordinates of `unknown`.
     units: DVector<f64>,
-    /// The projection to the directions that are not determined.
+    /// The projection onto the directions that are not determined.
     unknown: BlockMatrix,
 }
 
 impl Covariance {
     /// The covariance from the linear model and, for the sandwich, the scatter rows, which come in the same blocks.
-    /// `scatter` makes the latter from the model taken apart. `None` if no parameter is left or there are no degrees of
-    /// freedom.
+    /// `scatter` computes these rows from the decomposed model. `None` if no parameter is left or there are no degrees
+    /// of freedom.
     pub(super) fn new(
         table: &ParameterTable,
         model: &Linearisation,
@@ -179,7 +181,7 @@ impl Covariance {
             units: free.units.clone(),
             unknown: free.unknown.clone(),
         };
-        // An error beyond the whole range of its parameter says that the data know nothing of it.
+        // If an error exceeds the whole range of its parameter, the data say nothing about it.
         let lost_inside = inside.undetermined();
         let mut undetermined = lost_inside.clone();
         for (i, index) in inside.rows.iter().enumerate() {
@@ -189,7 +191,7 @@ impl Covariance {
                 undetermined.push(*index);
             }
         }
-        // Errors that would be far larger if what is at a bound could move, whatever the noise.
+        // Errors that would be far larger if the parameters at a bound could move, whatever the noise.
         let (held, moving) = (inside.covariance(None), free.covariance(None));
         let lost_free = free.undetermined();
         let depends = |(i, row): (usize, &usize)| {
@@ -199,7 +201,8 @@ impl Covariance {
             (larger || lost).then_some(*row)
         };
         let dependent = inside.rows.iter().enumerate().filter_map(depends).collect();
-        // A given sigma leaves nothing to estimate: that is Student's distribution in the limit.
+        // If sigma is given, no variance is estimated; that is the limit of Student's distribution for infinitely many
+        // degrees of freedom.
         let quantile = half_interval(if method == Method::Absolute { f64::INFINITY } else { dof });
         Some(Self {
             method,
@@ -215,38 +218,39 @@ impl Covariance {
         })
     }
 
-    /// All entries, row by row of `rows`.
+    /// All entries, row by row in the order of `rows`.
     #[must_use]
     pub fn matrix(&self) -> DMatrix<f64> {
         self.entries.dense()
     }
 
-    /// Takes the errors of some rows back.
+    /// Removes the errors of some rows.
     pub(super) fn discard(&mut self, rows: Vec<usize>) {
         self.discarded = rows;
     }
 
-    /// The place of a row of the table in `rows`, if it has an error.
+    /// The position in `rows` of a row of the table; `None` if it has no error.
     fn position(&self, row: usize) -> Option<usize> {
         let no_error = [&self.undetermined, &self.dependent, &self.discarded];
         self.rows.binary_search(&row).ok().filter(|_| !no_error.iter().any(|rows| rows.contains(&row)))
     }
 
-    /// Standard error of the parameter in a row of the table. `None` at a bound, held, undetermined, dependent
-    /// or discarded, and instead of 0: data without noise do not tell how large it is.
+    /// The standard error of the parameter in a row of the table. `None` if the parameter is at a bound, held,
+    /// undetermined, dependent or discarded. Also `None` instead of 0, because data without noise do not determine how
+    /// large the error is.
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;
         Some(self.entries.entry(i, i).sqrt()).filter(|e| e.is_finite() && *e > 0.0)
     }
 
-    /// Covariance of the parameters in two rows.
+    /// The covariance of the parameters in two rows.
     #[must_use]
     pub fn between(&self, a: usize, b: usize) -> Option<f64> {
         Some(self.entries.entry(self.position(a)?, self.position(b)?))
     }
 
-    /// Correlation of the parameters in two rows, -1..1.
+    /// The correlation of the parameters in two rows, -1..1.
     #[must_use]
     pub fn correlation(&self, a: usize, b: usize) -> Option<f64> {
         let scale = self.std_error(a)? * self.std_error(b)?;
@@ -256,7 +260,7 @@ impl Covariance {
         (scale > 0.0).then(|| self.between(a, b).map(|c| (c / scale).clamp(-1.0, 1.0))).flatten()
     }
 
-    /// The pairs of rows whose correlation exceeds `least` in size, in order.
+    /// The pairs of rows whose correlation exceeds `least` in magnitude, in order.
     pub(super) fn correlated_pairs(&self, least: f64) -> Vec<(f64, usize, usize)> {
         let known = |(i, row): (usize, &usize)| Some((i, *row, self.std_error(*row)?));
         let known: Vec<(usize, usize, f64)> = self.rows.iter().enumerate().filter_map(known).collect();
@@ -272,10 +276,10 @@ impl Covariance {
         pairs
     }
 
-    /// Standard error of a sum of parameters, each given by its row and its weight.
+    /// The standard error of a sum of parameters, each given by its row and its weight.
     ///
-    /// The sum may be determined where its terms are not, and where one of them is at a bound, which is
-    /// left out of account. `None` if it is not determined itself, or none of the rows is free.
+    /// The sum may be determined even if its terms are not, or if one of them is at a bound; such a term is ignored.
+    /// `None` if the sum itself is not determined, or if none of the rows is free.
     #[must_use]
     pub fn combined_error(&self, terms: &[(usize, f64)]) -> Option<f64> {
         let Unbounded { rows, entries, units, unknown } = &self.unbounded;
@@ -286,7 +290,7 @@ impl Covariance {
         let weights: Vec<(usize, f64)> = terms.iter().filter_map(place).collect();
         let scaled = |(i, weight): &(usize, f64)| (*i, weight * units[*i]);
         let direction: Vec<(usize, f64)> = weights.iter().map(scaled).collect();
-        // A row may occur twice.
+        // The same row may occur twice.
         let along = |(i, x): &(usize, f64)| -> f64 {
             x * direction.iter().filter(|(j, _)| j == i).map(|(_, y)| y).sum::<f64>()
         };
@@ -306,7 +310,7 @@ mod tests {
 
     #[test]
     fn quantiles_of_students_t() {
-        // Abramowitz and Stegun 1964, table 26.10, and the two branches against each other.
+        // Abramowitz and Stegun 1964, table 26.10, and a comparison of the two branches.
         assert_relative_eq!(half_interval(1.0), 12.706, max_relative = 1e-4);
         assert_relative_eq!(half_interval(10.0), 2.228, max_relative = 1e-3);
         assert_relative_eq!(half_interval(999.0), half_interval(1001.0), max_relative = 1e-5);

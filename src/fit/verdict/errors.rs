@@ -1,4 +1,4 @@
-//! Every error of docs/use/conventions.md, whichever was fitted.
+//! Computes every error of docs/use/conventions.md, whichever of them was fitted.
 
 use crate::fit::problem::formula::{Term, reflectance};
 use crate::fit::problem::kernels::sum;
@@ -13,23 +13,23 @@ use crate::solver::triangle::dot;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// The errors between model and measurement. docs/use/conventions.md defines each.
+/// The errors between model and measurement, as docs/use/conventions.md defines them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// Root mean square of x - x*, x = f cos(theta_i).
     pub l2: f64,
-    /// The same of ln(1 + x).
+    /// Root mean square of the differences of ln(1 + x).
     pub log: f64,
-    /// The same of cbrt(x).
+    /// Root mean square of the differences of cbrt(x).
     pub cbrt: f64,
     /// Mean |ln((F q + e)/(F* q + e))|, F = max(f, 0), q = max(cos_i cos_o, e), e = 1e-3.
     pub log_ratio: f64,
-    /// Sum |x - x*| / sum x*; `None` where the denominator is not positive.
+    /// Sum |x - x*| / sum x*; `None` if the denominator is not positive.
     pub relative: Option<f64>,
 }
 
 impl Errors {
-    /// The error that a fit in `metric` makes small.
+    /// The error that a fit in `metric` minimises.
     #[must_use]
     pub fn in_metric(&self, metric: Metric) -> f64 {
         match metric {
@@ -40,19 +40,19 @@ impl Errors {
     }
 }
 
-/// Errors of all channels together and of each.
+/// The errors of all channels together and of each channel.
 #[derive(Clone, Debug)]
 pub struct ErrorTable {
-    /// All channels together.
+    /// The errors of all channels together.
     pub all: Errors,
-    /// Per channel.
+    /// The errors of each channel.
     pub by_channel: Vec<Errors>,
 }
 
 /// The offset of the logarithms' arguments in `log_ratio`.
 const LOG_RATIO_OFFSET: f64 = 1e-3;
 
-/// Weighted sums over samples, of one channel.
+/// Weighted sums over the samples of one channel.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     squares: [f64; 3],
@@ -100,7 +100,8 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
     let mut prepared = Vec::new();
     expression.prepare(&all_values, |_| Derivatives::None, &mut prepared);
     let arch = Arch::new();
-    // Groups of blocks in a fixed division, summed in order.
+    // Blocks are grouped in a fixed way and the groups are summed in order, so that the result does not depend on the
+    // threads.
     let partial: Vec<Vec<Sums>> = ranges
         .par_chunks(BLOCKS_PER_GROUP)
         .map(|ranges| {
@@ -143,16 +144,16 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
     }
 }
 
-/// Blocks that one thread sums up at a time.
+/// Number of blocks that one thread sums at a time.
 const BLOCKS_PER_GROUP: usize = 64;
 
-/// One channel of one block.
+/// One channel of one block of samples.
 struct Comparison<'a> {
     block: &'a Block,
     bases: &'a [BasisBlock],
     terms: &'a [Term],
     measured: &'a Row,
-    /// Zero where there is no sample.
+    /// The weights; 0 if there is no sample.
     weights: &'a Row,
 }
 

@@ -1,4 +1,4 @@
-//! A parameter after a fit: its value and how well it is known.
+//! A parameter after a fit: its value and its uncertainty.
 
 use super::result::Fit;
 use crate::error::Error;
@@ -7,7 +7,7 @@ use crate::model::Unit;
 use crate::parameters::{ParameterRow, Selector, Status, channel_suffix};
 use std::fmt;
 
-/// A parameter after a fit: its value and how well it is known. Values, errors and bounds are in `unit`.
+/// A parameter after a fit: its value and its uncertainty. Values, errors and bounds are in `unit`.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FittedParameter {
@@ -21,33 +21,33 @@ pub struct FittedParameter {
     pub value: f64,
     /// Its unit.
     pub unit: Unit,
-    /// Its standard error; `None` where none means anything, for which `no_std_error` has the reason.
+    /// Its standard error; `None` if it has none that is meaningful, and then `no_std_error` says why.
     pub std_error: Option<f64>,
-    /// Why it has no standard error; `None` where it has one.
+    /// Why it has no standard error; `None` if it has one.
     pub no_std_error: Option<NoStandardError>,
-    /// Its 95 % confidence interval; `None` where it has no standard error.
+    /// Its 95 % confidence interval; `None` if it has no standard error.
     pub ci95: Option<[f64; 2]>,
-    /// The smallest and the largest value that the fit could give it.
+    /// The smallest and the largest value that the fit allowed.
     pub bounds: (f64, f64),
     /// The value that the fit started from.
     pub initial: f64,
-    /// What the fit did with it.
+    /// How the fit treated it, and where it ended.
     pub state: ParameterState,
 }
 
-/// What a fit did with a parameter.
+/// How a fit treated a parameter, and where the parameter ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ParameterState {
-    /// It was fitted, and ended between its bounds.
+    /// It was fitted and ended between its bounds.
     Free,
-    /// It was fitted, and ended at its lower bound.
+    /// It was fitted and ended at its lower bound.
     AtLower,
-    /// It was fitted, and ended at its upper bound.
+    /// It was fitted and ended at its upper bound.
     AtUpper,
-    /// It kept the value that it was given.
+    /// It was kept at its value.
     Fixed,
-    /// It followed another parameter.
+    /// It was kept equal to another parameter.
     Tied {
         /// The full name of the other parameter.
         to: String,
@@ -60,7 +60,7 @@ pub enum ParameterState {
 pub enum NoStandardError {
     /// It was not fitted.
     Fixed,
-    /// It followed another parameter, which has the error.
+    /// It was kept equal to another parameter, which has the error.
     Tied,
     /// It is at a bound.
     AtBound,
@@ -70,7 +70,7 @@ pub enum NoStandardError {
     DependsOnBound,
     /// The loss discards the samples that it depends on.
     Discarded,
-    /// The data have no noise that an error could be estimated from.
+    /// The data have no noise from which an error could be estimated.
     NoNoise,
     /// The fit did not reach a minimum, or there are no more residuals than free parameters.
     NoMinimum,
@@ -100,12 +100,12 @@ impl FittedParameter {
     }
 }
 
-/// `cook-torrance.m = 0.18019 +/- 0.00017`, or the reason in parentheses where there is no standard error.
+/// Writes `cook-torrance.m = 0.18019 +/- 0.00017`, or the reason in parentheses if there is no standard error.
 impl fmt::Display for FittedParameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = ", self.full_name())?;
         match (self.std_error, self.no_std_error) {
-            // Two digits of the error, and the value to the same place.
+            // The error to two digits, and the value to the same decimal place.
             (Some(error), _) => match (0..15).find(|places| error * 10_f64.powf(count(*places)) >= 10.0) {
                 Some(places) => write!(f, "{:.places$} +/- {error:.places$}", self.value),
                 None => write!(f, "{} +/- {error:.1e}", self.value),
@@ -117,16 +117,18 @@ impl fmt::Display for FittedParameter {
 }
 
 impl Fit {
-    /// Every parameter, fixed and tied ones included: lobe by lobe, parameter by parameter, channel by channel.
+    /// Every parameter, including fixed and tied ones, in the order of lobes, parameters and channels.
     #[must_use]
     pub fn parameters(&self) -> Vec<FittedParameter> {
         self.table.rows().iter().enumerate().map(|(index, row)| self.fitted(index, row)).collect()
     }
 
-    /// The parameter of that name: `m`, or with its lobe or channel where that is not clear, `cook-torrance.f0.r` or `f0[700]`.
+    /// The parameter called `name`: `m`, or with its lobe or channel if `m` is ambiguous, as in `cook-torrance.f0.r`
+    /// or `f0[700]`.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for a name that the model does not have, [`Error::AmbiguousParameter`] for one that stands for several.
+    /// [`Error::UnknownName`] if the model has no such parameter, [`Error::AmbiguousParameter`] if several parameters
+    /// have the name.
     pub fn parameter(&self, name: &str) -> Result<FittedParameter, Error> {
         match self.table.rows_named(&Selector::parse(name)?)?.as_slice() {
             [(index, row)] => Ok(self.fitted(*index, row)),
@@ -160,7 +162,7 @@ impl Fit {
         }
     }
 
-    /// The standard error of the parameter in a row of the table; `None` where none means anything.
+    /// The standard error of the parameter in a row of the table; `None` if it has none that is meaningful.
     pub(crate) fn std_error(&self, index: usize) -> Option<f64> {
         self.covariance.as_ref()?.std_error(index)
     }
@@ -174,7 +176,7 @@ impl Fit {
         self.interval(self.table.rows().get(index)?.value, std_error)
     }
 
-    /// The 95 % confidence interval about a value with this standard error.
+    /// The 95 % confidence interval around a value with this standard error.
     pub(crate) fn interval(&self, value: f64, std_error: f64) -> Option<[f64; 2]> {
         let half = self.covariance.as_ref()?.quantile * std_error;
         Some([value - half, value + half])

@@ -1,8 +1,7 @@
-//! Samples left out of a fit, to judge it by: whole angles of incidence.
+//! Whole angles of incidence left out of a fit, to test it on them.
 //!
-//! Single samples left out would tell little: their neighbours stay, and a model that follows the
-//! measurement's own faults follows them there too. A whole angle asks the model to predict what it has
-//! not seen.
+//! Leaving out single samples would say little: their neighbours stay in the fit, and a model that follows the
+//! measurement's own faults follows them there too. A whole angle requires the model to predict what it has not seen.
 
 use super::errors::{Errors, score};
 use crate::error::{Error, OptionName};
@@ -13,25 +12,25 @@ use crate::parameters::ParameterTable;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// How a fit does on samples that it has not seen.
+/// How well a fit predicts samples that were left out of it.
 #[derive(Clone, Debug)]
 pub struct HeldOut {
-    /// Number of those samples.
+    /// Number of samples left out.
     pub samples: usize,
-    /// Smallest and largest `theta_i` of each group left out, degrees; twice the same for one angle.
+    /// Smallest and largest `theta_i` of each group left out, in degrees; both the same for a single angle.
     pub theta_i_deg: Vec<[f64; 2]>,
-    /// Every error on them, all channels together.
+    /// Every error on those samples, all channels together.
     pub errors: Errors,
 }
 
-/// Samples left out, before there is a fit to judge.
+/// Samples left out of a fit, before the fit is made.
 pub(in crate::fit) struct LeftOut {
     samples: Samples,
     theta_i_deg: Vec<[f64; 2]>,
 }
 
 impl LeftOut {
-    /// The errors of the model at the values in `table`.
+    /// Computes the errors of the model at the values in `table`.
     pub(in crate::fit) fn judge(&self, expression: &Expression, table: &ParameterTable) -> HeldOut {
         HeldOut {
             samples: self.samples.len(),
@@ -41,13 +40,13 @@ impl LeftOut {
     }
 }
 
-/// Tells the draw of angles from those of samples with the same seed.
+/// Makes this draw of angles differ from the draws of samples with the same seed.
 const HOLD_OUT_STREAM: u64 = 0x0068_656c_646f_7574;
 
-/// A fraction that may be left out.
+/// Checks that `fraction` can be left out, and returns it.
 ///
 /// # Errors
-/// [`Error::Invalid`] unless it lies between 0 and 1.
+/// [`Error::Invalid`] unless it is above 0 and below 1.
 pub fn checked_fraction(fraction: f64) -> Result<f64, Error> {
     if fraction > 0.0 && fraction < 1.0 {
         return Ok(fraction);
@@ -55,8 +54,8 @@ pub fn checked_fraction(fraction: f64) -> Result<f64, Error> {
     Err(Error::invalid(OptionName::HoldOut, "a fraction above 0 and below 1", fraction.to_string()))
 }
 
-/// Divides the samples into those to fit and those left out: `fraction` of the groups of incidence, at least
-/// one, at most all but one.
+/// Divides the samples into those to fit and those left out: `fraction` of the groups of incidence angles, at least
+/// one and at most all but one.
 ///
 /// # Errors
 /// [`Error::Invalid`] for a fraction outside 0..1, [`Error::Unmet`] for a measurement with a single angle of incidence.
@@ -85,13 +84,13 @@ pub(in crate::fit) fn split(
     Ok((fitted, LeftOut { samples: samples.at(&out), theta_i_deg }))
 }
 
-/// `fraction` of the numbers below `n`, at least one and at most all but one, ascending.
+/// Draws `fraction` of the numbers below `n`, at least one and at most all but one, in ascending order.
 fn draw(n: usize, fraction: f64, seed: u64) -> Vec<usize> {
-    // The whole number closest to fraction x n; halves are rounded up.
+    // The integer closest to fraction x n; halves are rounded up.
     let distance = |k: &usize| (count(*k) - fraction * count(n)).abs();
     let wanted = (1..n).rev().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(1);
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ HOLD_OUT_STREAM);
-    // The head of a shuffled list (Fisher and Yates 1938).
+    // The first numbers of a shuffled list (Fisher and Yates 1938).
     let mut numbers: Vec<usize> = (0..n).collect();
     for place in 0..wanted {
         numbers.swap(place, rng.random_range(place..n));
@@ -118,8 +117,8 @@ mod tests {
 
     #[test]
     fn every_group_is_drawn_as_often() {
-        // 2 of 8 by 4000 seeds: each is drawn 1000 times, with a standard deviation of
-        // sqrt(4000 x 1/4 x 3/4) = 27.
+        // 2 of 8 with 4000 seeds: each is drawn about 1000 times, with a standard deviation of sqrt(4000 x 1/4 x 3/4)
+        // = 27.
         let mut times = [0; 8];
         (0..4000).for_each(|seed| draw(8, 0.25, seed).into_iter().for_each(|k| times[k] += 1));
         assert!(times.iter().all(|n| (880..1120).contains(n)), "{times:?}");

@@ -1,4 +1,4 @@
-//! Everything that follows from the parameters found: errors, covariance, criteria, warnings.
+//! Computes everything that follows from the parameters found: errors, covariance, criteria, warnings.
 
 use super::bootstrap::Resampled;
 use super::covariance::Covariance;
@@ -17,22 +17,23 @@ use crate::parameters::{ParameterRow, ParameterTable, Status};
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
 
-/// Samples on which it is tried what freeing a parameter would gain.
+/// Number of samples on which freeing a parameter is tried.
 const CHECK_SAMPLES: usize = 1500;
-/// Iterations of such a trial.
+/// Largest number of iterations of such a trial.
 const CHECK_ITERATIONS: u64 = 30;
-/// A parameter that would lower the cost by this share when freed is worth a warning.
+/// Freeing a parameter is worth a warning if it lowers the cost by more than this fraction.
 const WORTH_FREEING: f64 = 0.1;
-/// A loss that leaves a parameter less than this share of its information treats what decides it as outliers.
+/// If a loss leaves a parameter less than this fraction of its information, it treats the samples that determine the
+/// parameter as outliers.
 const LEAST_INFORMATION: f64 = 0.1;
 
-/// How many values a fit has to go by.
+/// The numbers of residuals, free parameters and degrees of freedom.
 struct Counts {
     /// Number of residuals.
     n: usize,
     /// Number of free parameters.
     free: usize,
-    /// Degrees of freedom: `n` less `free`, as a whole number and as a real one.
+    /// Degrees of freedom, `n` less `free`: `dof` as an integer and `freedom` as a float.
     dof: i64,
     freedom: f64,
 }
@@ -45,7 +46,7 @@ impl Counts {
 }
 
 impl Task<'_> {
-    /// Everything that follows from the parameters found.
+    /// Computes everything that follows from the parameters found.
     pub(in crate::fit) fn judge(
         &self,
         problem: &ReflectanceProblem<'_>,
@@ -54,24 +55,25 @@ impl Task<'_> {
         found: SearchOutcome,
         resampled: Option<Resampled>,
     ) -> Result<Fit, Error> {
-        // What the model misses, and whether that is enough to tell the parameters.
+        // The errors of the model, and whether there are enough residuals to determine the parameters.
         let samples = self.samples;
         let errors = score(self.expression, samples, &table);
         let counts = Counts::new(problem.residuals(), table.free().len());
         let unusable = unusable(&solution, &counts, &errors);
 
-        // How well the parameters are known. A loss other than squares is no likelihood of the given standard deviations.
+        // The uncertainty of the parameters. Under a loss other than least squares, the cost is not a likelihood for
+        // the given standard deviations.
         let robust = found.objective.loss != LossKind::None;
         let absolute = samples.weighting == Weighting::Sigma && !robust;
         let covariance = self.covariance(problem, &table, &solution, &counts, absolute, robust);
-        // Without a covariance by the formula nothing says which parameters are determined.
+        // Without the formula's covariance it is unknown which parameters are determined.
         let resampled = resampled.filter(|_| covariance.is_some());
         let covariance = match &resampled {
             Some(resampled) => covariance.map(|formula| resampled.covariance(formula)),
             None => covariance,
         };
 
-        // The error against the number of parameters.
+        // Criteria that weigh the error against the number of parameters.
         let Counts { n, free, dof, freedom } = counts;
         let reduced_chi2 = (absolute && dof > 0).then(|| solution.cost / freedom);
         let selection =
@@ -103,7 +105,7 @@ impl Task<'_> {
             table,
         };
 
-        // What the user should know.
+        // The warnings.
         let mut warnings = self.general_warnings(&fit);
         warnings.extend(warnings::at_bounds(&fit));
         warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
@@ -116,7 +118,7 @@ impl Task<'_> {
         Ok(fit)
     }
 
-    /// The covariance by the formula; `None` where the fit was cut short, since then there is no minimum to have errors.
+    /// The covariance by the formula; `None` if the fit was cut short, because then it is not at a minimum.
     fn covariance(
         &self,
         problem: &ReflectanceProblem<'_>,
@@ -140,7 +142,7 @@ impl Task<'_> {
         Some(covariance)
     }
 
-    /// The rows that a loss leaves little of what the samples know about them.
+    /// The rows for which a loss discards most of the information in the samples.
     fn discarded(&self, table: &ParameterTable, solution: &Solution) -> Vec<usize> {
         let plain = self.problem(&self.observe(self.samples), table.clone(), self.options.metric.into());
         let lengths = |model: &Linearisation| model.column_lengths(solution.x.len());
@@ -151,7 +153,7 @@ impl Task<'_> {
         table.free().iter().zip(kept.iter()).zip(all.iter()).filter_map(lost).collect()
     }
 
-    /// Warnings that do not depend on how well the parameters are known.
+    /// The warnings that do not depend on how well the parameters are known.
     fn general_warnings(&self, fit: &Fit) -> Vec<Warning> {
         let mut warnings = Vec::new();
         if let Some(reason) = &fit.unusable {
@@ -172,7 +174,7 @@ impl Task<'_> {
         warnings
     }
 
-    /// Parameters that are fixed by default and should not have been.
+    /// Warns of parameters that are fixed by default but should have been fitted.
     fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
         let mut doubted: Vec<&ParameterRow> = Vec::new();
         for row in table.rows() {
@@ -204,7 +206,7 @@ impl Task<'_> {
     }
 }
 
-/// Why a result is not to be used; `None` if it may be.
+/// Why a result must not be used; `None` if it may be used.
 fn unusable(solution: &Solution, counts: &Counts, errors: &ErrorTable) -> Option<Unusable> {
     let finite = [errors.all.l2, errors.all.log, errors.all.cbrt].iter().all(|e| e.is_finite());
     if !finite || !solution.cost.is_finite() {

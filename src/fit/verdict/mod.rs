@@ -1,4 +1,4 @@
-//! What follows from the parameters found: errors, their covariance, criteria, and what the user should know.
+//! What follows from the parameters found: errors, covariance, criteria and warnings.
 
 // Lengths are checked once, at the head of a function: a wrong index is a mistake in the code, and must not pass for a
 // number.

@@ -15,9 +15,10 @@ use crate::parameters::ParameterTable;
 use crate::solver::Termination;
 use std::collections::BTreeMap;
 
-/// The result of a fit, which [`Fit::of`] begins. [`Fit::parameters`] has the values and their standard errors.
+/// The result of a fit. [`Fit::of`] sets a fit up; [`Fit::parameters`] returns the values and their standard errors.
 ///
-/// A fit that did not converge is a result, too: [`Fit::is_usable`] tells whether to use it, `unusable` and `warnings` why not.
+/// A fit that did not converge is also a result: [`Fit::is_usable`] says whether to use it, and `unusable` and
+/// `warnings` say why not.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Fit {
@@ -31,59 +32,59 @@ pub struct Fit {
     pub used: usize,
     /// Number of samples left out, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
-    /// Every error.
+    /// Every error between model and measurement.
     pub errors: ErrorTable,
-    /// The budget that it was made within, where there was one.
+    /// The budget of the fit; `None` if it had none.
     pub budget: Option<Budget>,
-    /// Every error on all samples that pass the filters, where there was a budget.
+    /// Every error on all samples that pass the filters; `None` unless there was a budget.
     pub errors_on_all: Option<Errors>,
-    /// Covariance of the free parameters; `None` where the fit was cut short or has no degrees of freedom.
+    /// The covariance of the free parameters; `None` if the fit was cut short or has no degrees of freedom.
     pub covariance: Option<Covariance>,
-    /// The fits repeated on resampled angles of incidence, where the covariance is theirs.
+    /// The fits repeated on resampled angles of incidence; `None` unless the covariance comes from them.
     pub resampled: Option<Resampled>,
     /// The sum of squares that was minimised.
     pub cost: f64,
     /// Number of residuals.
     pub n: usize,
-    /// Number of residuals less that of free parameters.
+    /// Degrees of freedom: number of residuals less number of free parameters.
     pub dof: i64,
-    /// chi^2/dof where the standard deviations were given.
+    /// chi^2/dof; `None` unless standard deviations were given.
     pub reduced_chi2: Option<f64>,
-    /// Model selection.
+    /// Criteria for choosing between models.
     pub selection: Selection,
     /// The scale of the loss; `None` for least squares.
     pub loss_scale: Option<f64>,
-    /// Errors on the samples held out, where some were.
+    /// Errors on the samples held out; `None` if none were.
     pub held_out: Option<HeldOut>,
-    /// The starts tried.
+    /// The starts that were polished.
     pub starts: Vec<Start>,
-    /// Why it stopped.
+    /// Why the fit stopped.
     pub termination: Termination,
     /// Why the result is not usable; `None` if it is.
     pub unusable: Option<Unusable>,
-    /// Iterations of the final fit.
+    /// Number of iterations of the final fit.
     pub iterations: u64,
-    /// Evaluations of the final fit.
+    /// Number of evaluations of the final fit.
     pub evaluations: u64,
-    /// What the user should know.
+    /// What the user should know before relying on the result.
     pub warnings: Vec<Warning>,
 }
 
 impl Fit {
-    /// Whether the result is a minimum that can be used. `unusable` says why it is not.
+    /// Whether the result is a minimum that can be used; if not, `unusable` says why.
     #[must_use]
     pub fn is_usable(&self) -> bool {
         self.unusable.is_none()
     }
 
-    /// The BRDF that was found: the model at the values of its parameters.
+    /// The fitted BRDF: the model at the values of its parameters.
     #[must_use]
     pub fn brdf(&self) -> Brdf {
         Brdf::of_table(&self.model, &self.table)
     }
 }
 
-/// Criteria that weigh the error against the number of parameters; `None` where the cost is no likelihood.
+/// Criteria that weigh the error against the number of parameters; `None` if the cost is not a likelihood.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Selection {
     /// Akaike's information criterion, corrected for small samples.
@@ -92,11 +93,11 @@ pub struct Selection {
     pub bic: Option<f64>,
 }
 
-/// The criteria at a minimum of this `cost`, of `n` residuals and `free` parameters; `absolute` where residuals are in
-/// standard deviations.
+/// The criteria at a minimum with this `cost`, for `n` residuals and `free` parameters; `absolute` says that the
+/// residuals are in standard deviations.
 pub(super) fn selection(cost: f64, n: usize, free: usize, absolute: bool) -> Selection {
     let (n, k) = (count(n), count(free));
-    // With unknown noise its variance is estimated too.
+    // If the noise is unknown, its variance is one more estimated parameter.
     let (deviance, k) = if absolute { (cost, k) } else { (n * cost.ln(), k + 1.0) };
     let finite = |value: f64| value.is_finite().then_some(value);
     let correction = 2.0 * k * (k + 1.0) / (n - k - 1.0);

@@ -1,4 +1,4 @@
-//! What a warning is, and how it reads.
+//! The warnings of a fit, and their texts.
 
 use crate::error::OptionName;
 use crate::fit::problem::metric::Metric;
@@ -26,12 +26,12 @@ pub enum Warning {
         /// What that says about the lobe.
         meaning: AtBound,
     },
-    /// Parameters whose standard errors would rest on another staying at its bound, and are not given.
+    /// Parameters that have no standard error because it would depend on another parameter staying at its bound.
     RestsOnBound {
         /// Full names.
         parameters: Vec<String>,
     },
-    /// Parameters that the data do not determine, or not separately.
+    /// Parameters that the data do not determine, or do not determine separately.
     NotDetermined {
         /// Full names.
         parameters: Vec<String>,
@@ -102,18 +102,18 @@ pub enum Warning {
         /// By what fraction the second's cost is higher.
         excess: f64,
     },
-    /// A parameter that was tied to another, because the data do not hold what tells them apart.
+    /// A parameter that was tied to another because the data cannot tell the two apart.
     Isotropic {
         /// Its full name.
         parameter: String,
         /// The other's name, without its lobe.
         other: &'static str,
     },
-    /// A parameter, fixed by default, that the data would move.
+    /// A parameter, fixed by default, that fits the data better at another value.
     WorthFreeing {
         /// Its full name, without a channel.
         parameter: String,
-        /// Where it is fixed, in its unit.
+        /// The value at which it is fixed, in its unit.
         value: f64,
         /// By what fraction the cost falls once it is free.
         gain: f64,
@@ -129,16 +129,16 @@ pub enum Warning {
         /// Whether they were enough to replace the formula's standard errors.
         enough: bool,
     },
-    /// No budget reaches the error that was asked for.
+    /// No budget reaches the target error.
     TargetMissed {
         /// The metric of the errors.
         metric: Metric,
         /// The error on all samples.
         reached: f64,
-        /// The error asked for.
+        /// The target error.
         target: f64,
     },
-    /// Parameters of an evaluation that nobody gave a value.
+    /// Parameters of an evaluation that were given no value.
     DefaultUsed {
         /// Full names.
         parameters: Vec<String>,
@@ -187,7 +187,7 @@ pub enum AtBound {
     Limit,
 }
 
-/// Why two factors are hardly told apart.
+/// Why the data hardly tell two factors apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum NotSeparated {
@@ -200,7 +200,7 @@ pub enum NotSeparated {
     },
     /// The factors are correlated.
     Correlation(
-        /// -1..1.
+        /// The correlation, -1..1.
         f64,
     ),
 }
@@ -210,18 +210,18 @@ pub enum NotSeparated {
 pub struct Saturated {
     /// The channel.
     pub channel: String,
-    /// How many samples.
+    /// Number of samples.
     pub samples: usize,
     /// The value, 1/sr.
     pub value: f64,
 }
 
-/// An option that helps against what a warning is about, and a value for it.
+/// An option that helps with the cause of a warning, and a value for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Suggestion {
     /// The option.
     pub option: OptionName,
-    /// What to give it, such as `cook-torrance.m=LO..HI`; empty where that is the user's choice.
+    /// The value to give it, such as `cook-torrance.m=LO..HI`; empty if the choice is the user's.
     pub value: String,
 }
 
@@ -469,12 +469,12 @@ impl fmt::Display for Saturated {
     }
 }
 
-/// ` for r, g`; nothing where there are no channels.
+/// ` for r, g`; empty if there are no channels.
 fn for_channels(channels: &[String]) -> String {
     if channels.is_empty() { String::new() } else { format!(" for {}", channels.join(", ")) }
 }
 
-/// The first parameter, which the line names already, and all others.
+/// "This parameter", which the line already names, and all others by name.
 fn this_and(parameters: &[String]) -> String {
     match parameters {
         [] | [_] => "this parameter".to_owned(),

@@ -1,4 +1,4 @@
-//! What a user should know before relying on a fit, each with what to do next.
+//! Finds what a user should know before relying on a fit. Each warning says what to do next.
 
 use super::result::Fit;
 use super::warning::{AtBound, NotSeparated, Saturated, Side, Warning};
@@ -8,30 +8,30 @@ use crate::measurement::Samples;
 use crate::model::{Role, Scale};
 use crate::parameters::{Product, Status, differ};
 
-/// Correlations beyond this are worth a warning.
+/// A correlation above this is worth a warning.
 const STRONG_CORRELATION: f64 = 0.98;
-/// Correlations beyond this between the two factors of a lobe's strength, which few data tell apart, are worth a warning.
+/// The same limit for the two factors of a lobe's strength, which few data tell apart.
 const STRONG_WITHIN_PRODUCT: f64 = 0.99;
 /// Schlick's Fresnel term rises noticeably only beyond this angle, degrees (docs/use/fitting.md).
 const FRESNEL_REACH_DEG: f64 = 70.0;
-/// Correlations beyond this between a diffuse base and a lobe, which are alike when the lobe is rough, are worth a warning.
+/// The same limit for a diffuse base and a lobe, which are alike when the lobe is rough.
 const STRONG_WITH_BASE: f64 = 0.95;
-/// Beyond this ratio of singular values some combination of parameters is known far worse than others.
+/// Above this ratio of singular values, some combination of parameters is known far worse than the others.
 const ILL_CONDITIONED: f64 = 1e3;
-/// The fewest samples with the largest value of a channel that were cut off there.
+/// Least number of samples that must share the largest value of a channel to be taken as cut off.
 const CUT_OFF: usize = 10;
-/// The least share of all samples that they must be.
+/// Least fraction of all samples that must share that value.
 const CUT_OFF_SHARE: f64 = 1e-3;
-/// Where the largest value is less than this many times the mean, the material is as good as evenly bright, and nothing was
+/// If the largest value is less than this many times the mean, the material is almost evenly bright and nothing was
 /// cut off.
 const STANDS_OUT: f64 = 1.01;
-/// A share of the cost that no data are good enough to trust.
+/// A relative difference in cost below this is not significant, however good the data are.
 const COST_RESOLUTION: f64 = 1e-3;
-/// Twice the logarithm of the likelihood falls by this at the end of a 95 % interval.
+/// At the end of a 95 % interval, twice the log-likelihood has fallen by this much.
 const CHI2_95: f64 = 3.841;
-/// A profile that is flat over more than this ratio of values says nothing useful.
+/// A profile that is flat over more than this ratio of values does not determine the shape.
 const FLAT_RATIO: f64 = 2.0;
-/// The same of a share of the range, for shapes that are not fitted by their logarithm.
+/// The same limit as a fraction of the range, for shapes that are not fitted by their logarithm.
 const FLAT_SHARE: f64 = 0.3;
 
 /// A parameter at a bound.
@@ -40,11 +40,11 @@ struct Bound {
     upper: bool,
     value: f64,
     channels: Vec<String>,
-    /// Whether it is the reflectance at normal incidence alone of a lobe that rises towards grazing.
+    /// Whether it is only the reflectance at normal incidence, in a lobe that rises towards grazing.
     reflectance: bool,
 }
 
-/// One warning per parameter at a bound, its channels together.
+/// One warning per parameter at a bound, for all its channels together.
 pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
     let table = &fit.table;
     let mut groups: Vec<Bound> = Vec::new();
@@ -77,7 +77,7 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
         channels,
         meaning: match (!upper && value == 0.0, reflectance) {
             (true, false) => AtBound::Absent,
-            // A lobe without reflectance at normal incidence is still there.
+            // A lobe whose reflectance is 0 at normal incidence is still there.
             (true, true) => AtBound::OnlyAtGrazing,
             _ => AtBound::Limit,
         },
@@ -87,13 +87,13 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
     warnings
 }
 
-/// Parameters whose error rests on others staying at their bounds.
+/// Warns of parameters whose standard error depends on others staying at their bounds.
 fn dependent(fit: &Fit) -> Option<Warning> {
     let parameters = some_names_of(fit, &fit.covariance.as_ref()?.dependent)?;
     Some(Warning::RestsOnBound { parameters })
 }
 
-/// Parameters that the data do not tell apart.
+/// Warns of parameters that the data do not tell apart.
 pub(super) fn identifiability(fit: &Fit, samples: &Samples, profiles: &[Profile]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     warnings.extend(undetermined(fit));
@@ -111,7 +111,7 @@ fn names_of(fit: &Fit, rows: &[usize]) -> Vec<String> {
     rows.iter().map(|row| fit.table.name(*row)).collect()
 }
 
-/// The same; `None` where there are no rows.
+/// The full names of rows of the parameter table; `None` if there are no rows.
 fn some_names_of(fit: &Fit, rows: &[usize]) -> Option<Vec<String>> {
     (!rows.is_empty()).then(|| names_of(fit, rows))
 }
@@ -121,7 +121,7 @@ fn undetermined(fit: &Fit) -> Option<Warning> {
     Some(Warning::NotDetermined { parameters })
 }
 
-/// Factors of a lobe's strength that are both free, and that these data hardly tell apart.
+/// Warns of factors of a lobe's strength that are both free and that the data hardly tell apart.
 fn products(fit: &Fit, samples: &Samples) -> Vec<Warning> {
     let table = &fit.table;
     let mut warnings = Vec::new();
@@ -162,14 +162,14 @@ fn products(fit: &Fit, samples: &Samples) -> Vec<Warning> {
     warnings
 }
 
-/// The largest angle of incidence or viewing.
+/// The largest angle of incidence or viewing, in degrees.
 fn largest_angle_deg(samples: &Samples) -> f64 {
     let smallest_cosine =
         samples.directions.iter().map(|g| g.cos_i().min(g.cos_o())).fold(f64::INFINITY, f64::min);
     smallest_cosine.clamp(-1.0, 1.0).acos().to_degrees()
 }
 
-/// The strongest correlation of all, and the strongest between a diffuse base and a lobe.
+/// Warns of the strongest correlation overall, and of the strongest between a diffuse base and a lobe.
 fn correlated(fit: &Fit) -> Vec<Warning> {
     let Some(covariance) = &fit.covariance else { return Vec::new() };
     let table = &fit.table;
@@ -186,7 +186,7 @@ fn correlated(fit: &Fit) -> Vec<Warning> {
     let mut strongest: Option<(f64, usize, usize)> = None;
     let mut with_base: Option<(f64, usize, usize)> = None;
     for (c, a, b) in covariance.correlated_pairs(STRONG_WITH_BASE.min(STRONG_CORRELATION)) {
-        // Base and lobe, in this order.
+        // The base first, then the lobe.
         let pair = if is_base(a) { (a, b) } else { (b, a) };
         let (group, limit) = if in_product(a, b) {
             continue;
@@ -214,7 +214,7 @@ fn correlated(fit: &Fit) -> Vec<Warning> {
     warnings
 }
 
-/// Shapes that the error hardly depends on.
+/// Warns of shapes on which the error hardly depends.
 fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
     let Some(freedom) = u64::try_from(fit.dof).ok().filter(|dof| *dof > 0) else { return Vec::new() };
     let freedom = count(usize::try_from(freedom).unwrap_or(usize::MAX));
@@ -229,7 +229,7 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
             .filter(|(_, cost)| *cost <= lowest * (1.0 + threshold))
             .map(|(value, _)| *value)
             .collect();
-        // No point is level where no cost is a number.
+        // If no cost is a number, no point is level.
         let ends = (profile.points.first(), profile.points.last());
         let (Some(&low), Some(&high), (Some((start, _)), Some((end, _)))) =
             (level.first(), level.last(), ends)
@@ -253,14 +253,14 @@ fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
     warnings
 }
 
-/// A combination of several parameters that is known far worse than the others.
+/// Warns of a combination of several parameters that is known far worse than the others.
 fn ill_conditioned(fit: &Fit) -> Option<Warning> {
     let covariance = fit.covariance.as_ref().filter(|c| c.condition > ILL_CONDITIONED)?;
     let parameters = some_names_of(fit, &covariance.weakest)?;
     Some(Warning::IllConditioned { parameters, condition: covariance.condition })
 }
 
-/// Channels whose largest value is that of many samples: a detector that saturates.
+/// Warns of channels in which many samples share the largest value, as if the detector had been saturated.
 pub(super) fn saturated(channels: &[String], samples: &Samples) -> Option<Warning> {
     let mut found: Vec<Saturated> = Vec::new();
     for (channel, row) in channels.iter().zip(&samples.values) {
@@ -277,17 +277,17 @@ pub(super) fn saturated(channels: &[String], samples: &Samples) -> Option<Warnin
     (!found.is_empty()).then_some(Warning::Saturated { channels: found })
 }
 
-/// Parameters whose samples the loss discards.
+/// Warns of parameters whose samples the loss discards.
 pub(super) fn discarded(fit: &Fit) -> Option<Warning> {
     let parameters = some_names_of(fit, &fit.covariance.as_ref()?.discarded)?;
     Some(Warning::LossDiscards { parameters })
 }
 
-/// Starts that end as well as the best with other shapes.
+/// Warns if another start ended as well as the best one, with other shapes.
 pub(super) fn ties(fit: &Fit) -> Option<Warning> {
     let best = fit.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
     let table = &fit.table;
-    // A shape that the data do not determine may end anywhere.
+    // A shape that the data do not determine may end anywhere, so it does not count.
     let known = |row: usize| fit.covariance.as_ref().is_some_and(|c| c.std_error(row).is_some());
     let differing = |reached: &[(usize, f64)]| {
         let pairs = reached.iter().zip(&best.reached);

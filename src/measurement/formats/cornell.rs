@@ -1,8 +1,7 @@
 //! Text tables of the Cornell Program of Computer Graphics' gonioreflectometer.
 //!
-//! `#` comments; the number of wavelengths; the wavelengths in nanometres; then one sample per
-//! line: theta_i, phi_i, theta_o, phi_o in radians and f in 1/sr for each wavelength. White space of any
-//! kind separates.
+//! `#` comments, the number of wavelengths, the wavelengths in nanometres, then one sample per line: theta_i, phi_i,
+//! theta_o, phi_o in radians and f in 1/sr for each wavelength. Any white space separates values.
 
 use super::fields::{finite, polar_angle};
 use super::file::File;
@@ -12,14 +11,14 @@ use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::{Channel, Measurement, Source};
 use std::collections::{BTreeMap, HashSet};
 
-/// The format's line in the registry.
+/// The format's entry in the registry.
 pub const FORMAT: Format =
     Format { name: "cornell", summary: "a Cornell text table", sniff, read, directions: None };
 
-/// More wavelengths than any instrument resolves: a larger count is not one.
+/// Largest number of wavelengths: no instrument resolves more, so a larger number is not a count of wavelengths.
 const MOST_WAVELENGTHS: usize = 100_000;
 
-/// The words of a text with the lines that they stand in, comments left out.
+/// The words of a text with their lines, without comments.
 fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.lines().enumerate().flat_map(|(index, line)| {
         let content = line.split('#').next().unwrap_or_default();
@@ -34,7 +33,7 @@ fn sniff(file: &File<'_>) -> Confidence {
     }
     let head = String::from_utf8_lossy(head);
     let mut words = words(head.trim_start_matches('\u{feff}'));
-    // An integer alone on the first line that is not a comment.
+    // The first line that is not a comment contains a single integer.
     let (Some((line, first)), second) = (words.next(), words.next()) else { return Confidence::No };
     let alone = second.is_none_or(|(next, _)| next > line);
     if alone && first.parse::<i64>().is_ok() { Confidence::Yes } else { Confidence::No }
@@ -67,7 +66,7 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         }
         channels.push(Channel::at_wavelength(nm));
     }
-    // The samples begin on a line of their own.
+    // The samples begin on a new line.
     if let Some((line, word)) = words.next()
         && line == last_line
     {

@@ -3,10 +3,10 @@
 use super::file::File;
 use crate::error::{Error, Place, excerpt, short};
 
-/// A finite number.
+/// Parses a finite number.
 ///
 /// # Errors
-/// [`Error::Malformed`] for anything else, NaN and infinity included.
+/// [`Error::Malformed`] for anything else, including NaN and infinity.
 pub(super) fn finite(file: &File<'_>, place: Place, what: &str, token: &str) -> Result<f64, Error> {
     match token.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -17,10 +17,10 @@ pub(super) fn finite(file: &File<'_>, place: Place, what: &str, token: &str) -> 
     }
 }
 
-/// Room for directions at the horizon that were rounded in writing, radians.
+/// Tolerance in radians for directions at the horizon that were rounded when written.
 pub(super) const HORIZON_TOLERANCE: f64 = 1e-5;
 
-/// Checks that a polar angle in radians is at most a right angle.
+/// Checks that a polar angle in radians is at most a right angle, and returns it.
 ///
 /// # Errors
 /// [`Error::Malformed`] naming the angle in degrees.

@@ -1,4 +1,4 @@
-//! A file on its way into memory.
+//! A file that is being read.
 
 use crate::error::{Error, Place};
 use sha2::{Digest as _, Sha256};
@@ -6,21 +6,21 @@ use std::fmt::Write as _;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes that are kept to recognise the format by: more than any format needs.
+/// Number of bytes that are kept to recognise the format, more than any format needs.
 const HEAD_BYTES: u64 = 65536;
-/// Bytes of a text that are read and checked at once.
+/// Number of bytes of a text that are read and checked at a time.
 const TEXT_PIECE: u64 = 1 << 20;
 
-/// A file that is read once, from its beginning to its end, and hashed on the way.
+/// A file that is read once, from beginning to end, and hashed on the way.
 ///
-/// Its first bytes are there to recognise it by; a reader then takes all of it, as text or as numbers.
+/// Its first bytes are available to recognise the format. A reader then takes all of it, as text or as numbers.
 pub struct File<'a> {
     /// Its name as the user gave it.
     pub path: &'a Path,
     head: Vec<u8>,
     rest: Box<dyn Read + Send + 'a>,
     hash: Sha256,
-    /// Bytes in all, where that is known beforehand.
+    /// Total number of bytes; `None` if that is not known beforehand.
     length: Option<u64>,
 }
 
@@ -28,15 +28,15 @@ impl<'a> File<'a> {
     /// Opens the file at `path`.
     ///
     /// # Errors
-    /// [`Error::Io`].
+    /// [`Error::Io`] if it cannot be opened or read.
     pub fn open(path: &'a Path) -> Result<Self, Error> {
         let file = std::fs::File::open(path).map_err(Error::read(path))?;
-        // A pipe or a device has a length, too, but not that of what comes out of it.
+        // A pipe or a device also reports a length, but not that of its output.
         let length = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|meta| meta.len());
         Ok(Self { length, ..Self::new(path, file)? })
     }
 
-    /// A file of any content, to be called `path` in errors.
+    /// A file with any content, called `path` in errors.
     ///
     /// # Errors
     /// [`Error::Io`] if it cannot be read.
@@ -46,7 +46,7 @@ impl<'a> File<'a> {
         Ok(Self { path, head, rest: Box::new(content), hash: Sha256::new(), length: None })
     }
 
-    /// How many bytes it has, if that is known before it is read.
+    /// Its number of bytes; `None` if that is not known before it is read.
     #[must_use]
     pub fn length(&self) -> Option<u64> {
         self.length
@@ -58,12 +58,12 @@ impl<'a> File<'a> {
         self.head.get(..most).unwrap_or(&self.head)
     }
 
-    /// All of it, without a byte-order mark.
+    /// All of its content as text, without a byte-order mark.
     ///
-    /// What cannot be text ends the reading where it stands: a file that is no text is not read to its end.
+    /// Reading stops at the first byte that cannot be text, so that a file that is not text is not read to its end.
     ///
     /// # Errors
-    /// [`Error::Malformed`] at the first byte that is not UTF-8, or zero; [`Error::Io`].
+    /// [`Error::Malformed`] at the first byte that is 0 or not UTF-8; [`Error::Io`] if the file cannot be read.
     pub fn text(&mut self) -> Result<String, Error> {
         let mut bytes = std::mem::take(&mut self.head);
         let mut checked = 0;
@@ -71,10 +71,10 @@ impl<'a> File<'a> {
             let new = bytes.get(checked..).unwrap_or_default();
             let (valid, stray) = match std::str::from_utf8(new) {
                 Ok(_) => (new.len(), false),
-                // A character that the piece ends in may go on in the next.
+                // A character that is cut off at the end of the piece may continue in the next one.
                 Err(error) => (error.valid_up_to(), error.error_len().is_some()),
             };
-            // Whether there is one is known faster than where.
+            // It is faster to find out whether there is a zero byte than where it is.
             let text = new.get(..valid).filter(|text| text.contains(&0)).unwrap_or_default();
             let zero = text.iter().position(|byte| *byte == 0);
             if stray || zero.is_some() {
@@ -96,7 +96,7 @@ impl<'a> File<'a> {
         Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
     }
 
-    /// The error for a byte that no text has.
+    /// The error for a byte that cannot be part of a text.
     fn no_text(&self, bytes: &[u8], at: usize) -> Error {
         let line = bytes.iter().take(at).filter(|byte| **byte == b'\n').count() + 1;
         let found = if is_utf16(bytes) {
@@ -109,14 +109,15 @@ impl<'a> File<'a> {
         Error::malformed(self.path, Place::of_line(line), "text in UTF-8", found)
     }
 
-    /// Hands what follows the first `offset` bytes to `take`, `piece` words of 64 bits at a time as they stand
-    /// in the file, and returns how many bytes the file has. What is left of a word at the end is not handed on.
-    /// At most one byte more than `most` is read: that tells that the file is longer.
+    /// Passes what follows the first `offset` bytes to `take`, in pieces of `piece` 64-bit words as stored in the
+    /// file, and returns the number of bytes in the file. An incomplete word at the end is not passed on. At most one
+    /// byte more than `most` is read, which is enough to tell that the file is longer.
     ///
-    /// Each piece is hashed while it is taken and the next is read, so that no copy of the file is made.
+    /// Each piece is hashed while it is being taken and the next one is being read, so that no copy of the file is
+    /// made.
     ///
     /// # Errors
-    /// [`Error::Io`].
+    /// [`Error::Io`] if the file cannot be read.
     pub fn words(
         &mut self,
         offset: usize,
@@ -131,7 +132,7 @@ impl<'a> File<'a> {
         let mut source = begun.chain(rest).take(most.saturating_add(1).saturating_sub(length));
         let mut current = vec![0; piece];
         let mut filled = fill(&mut source, &mut current).map_err(Error::read(path))?;
-        // A piece that is not full is the last.
+        // A piece that is not full is the last one.
         let mut next = vec![0; if filled < size_of_val(current.as_slice()) { 0 } else { piece }];
         while filled > 0 {
             length += count(filled);
@@ -148,7 +149,7 @@ impl<'a> File<'a> {
         Ok(length)
     }
 
-    /// The SHA-256 of what was read, hexadecimal.
+    /// The SHA-256 of what was read, in hexadecimal.
     #[must_use]
     pub fn sha256(self) -> String {
         self.hash.finalize().iter().fold(String::with_capacity(64), |mut text, byte| {
@@ -163,12 +164,12 @@ fn count(bytes: usize) -> u64 {
     u64::try_from(bytes).unwrap_or(u64::MAX)
 }
 
-/// Whether bytes begin as a text in UTF-16 does, with its byte-order mark.
+/// Whether bytes begin like a text in UTF-16, with its byte-order mark.
 pub(super) fn is_utf16(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])
 }
 
-/// Reads until `words` are full or the source is at its end; returns how many bytes there were.
+/// Reads until `words` are full or the source ends, and returns the number of bytes read.
 fn fill(source: &mut impl Read, words: &mut [u64]) -> std::io::Result<usize> {
     let mut bytes: &mut [u8] = bytemuck::cast_slice_mut(words);
     let wanted = bytes.len();

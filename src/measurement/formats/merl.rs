@@ -18,12 +18,12 @@ use std::path::Path;
 /// f per stored unit, by channel.
 pub const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
-/// Bytes of the three integers at the beginning.
+/// Number of bytes of the three integers at the beginning.
 const HEADER_BYTES: usize = 12;
-/// Bytes of a whole file.
+/// Number of bytes of a whole file.
 const FILE_BYTES: usize = HEADER_BYTES + 3 * 8 * HalfDifferenceGrid::CELLS;
 
-/// The format's line in the registry.
+/// The format's entry in the registry.
 pub const FORMAT: Format = Format { name: "merl", summary: "a MERL table", sniff, read, directions: None };
 
 fn header(bytes: &[u8]) -> Option<[i32; 3]> {
@@ -49,7 +49,8 @@ fn read(file: &mut File<'_>, options: &ReadOptions) -> Result<Measurement, Error
     let expected_header = format!("the dimensions {n_h} x {n_d} x {n_p}");
     let path = file.path;
     let wrong = |place, expected: String, found: String| Error::malformed(path, place, expected, found);
-    // The header is compared, never multiplied or allocated from: it may hold anything.
+    // The header is only compared and never used in a multiplication or an allocation, because it may contain
+    // anything.
     let head = file.head(HEADER_BYTES);
     let Some(dimensions) = header(head) else {
         return Err(wrong(Place::Byte(0), expected_header, format!("only {} bytes", head.len())));
@@ -68,13 +69,14 @@ fn read(file: &mut File<'_>, options: &ReadOptions) -> Result<Measurement, Error
         let expected = format!("{FILE_BYTES} bytes in all");
         Err(wrong(Place::Byte(bytes.min(file_bytes)), expected, format!("{bytes}{more} ({problem})")))
     };
-    // Where the size is known, a file of another is not read.
+    // If the length is known and wrong, the file is not read.
     file.length().map_or(Ok(()), |bytes| check(bytes, ""))?;
     let grid = match options.merl_bins {
         BinPosition::Center => HalfDifferenceGrid::merl_centers(),
         BinPosition::Edge => HalfDifferenceGrid::merl_edges(),
     };
-    // Room for the numbers is made once a whole piece of them is there, not on the header's word.
+    // Memory for the numbers is allocated only once a whole piece of them has been read, not because of what the
+    // header says.
     let mut table = None;
     let bytes = file.words(HEADER_BYTES, PIECE, file_bytes, |words| {
         if words.len() == PIECE {
@@ -94,12 +96,13 @@ fn read(file: &mut File<'_>, options: &ReadOptions) -> Result<Measurement, Error
     })
 }
 
-/// Cells that differ in phi_d alone.
+/// Number of cells that differ only in phi_d.
 const ROW: usize = HalfDifferenceGrid::DIMENSIONS[2];
-/// Cells that are read at once: whole rows, a whole number of pieces to a plane, small enough for the caches.
+/// Number of cells that are read at a time: whole rows, a whole number of pieces per plane, small enough for the
+/// caches.
 const PIECE: usize = 180 * ROW;
 
-/// What becomes of a cell. Of several reasons to leave it out, the last in this order counts.
+/// Whether a cell is used, or why not. If there are several reasons to leave it out, the last in this order counts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Verdict {
     Usable,
@@ -109,7 +112,7 @@ enum Verdict {
 }
 
 impl Verdict {
-    /// Of a stored value, wherever it stands.
+    /// The verdict on a stored value, regardless of its position.
     fn of(value: f64) -> Self {
         if value < 0.0 {
             Self::NotMeasured
@@ -127,14 +130,14 @@ struct Table<'g> {
     verdicts: Vec<Verdict>,
     /// f of the cells above the horizon, by channel.
     values: Vec<Vec<f64>>,
-    /// Numbers taken, all planes together.
+    /// Number of values read, all planes together.
     taken: usize,
 }
 
 impl<'g> Table<'g> {
     fn new(above: &'g [bool]) -> Self {
         let verdict = |above: &bool| if *above { Verdict::Usable } else { Verdict::BelowHorizon };
-        // Exactly as many as there will be: what is given back later leaves gaps that the next table does not fit in.
+        // Exactly as many as needed: memory given back later would leave gaps that the next table does not fit into.
         let many = above.iter().filter(|above| **above).count();
         Self {
             above,
@@ -144,7 +147,7 @@ impl<'g> Table<'g> {
         }
     }
 
-    /// Takes the next numbers, all of one plane. There is no place for any beyond the last plane.
+    /// Takes the next numbers, all of one plane. Numbers beyond the last plane are ignored.
     fn take(&mut self, words: &[u64]) {
         let cells = self.above.len().max(1);
         let (plane, cell) = (self.taken / cells, self.taken % cells);
@@ -153,11 +156,11 @@ impl<'g> Table<'g> {
         let above = self.above.get(cell..).unwrap_or_default();
         let verdicts = self.verdicts.get_mut(cell..).unwrap_or_default();
         let value = |word: &u64| f64::from_bits(u64::from_le(*word));
-        // Most rows are above the horizon and hold nothing odd throughout: they are copied without a look at
+        // Most rows are entirely above the horizon and contain only usable values: they are copied without checking
         // each cell.
         let rows = words.chunks(ROW).zip(above.chunks(ROW)).zip(verdicts.chunks_mut(ROW));
         for ((words, above), verdicts) in rows {
-            // Without an early end, so that several are compared at once.
+            // There is no early exit, so that several values can be compared at once.
             let usable = |all: bool, v: f64| all & (0.0..=f64::MAX).contains(&v);
             if !words.iter().map(value).fold(true, usable) {
                 for (word, verdict) in words.iter().zip(verdicts) {
@@ -173,7 +176,7 @@ impl<'g> Table<'g> {
         }
     }
 
-    /// The usable cells, their values, and how many are left out for which reason.
+    /// The usable cells, their values, and how many were left out for each reason.
     fn finish(self) -> (Vec<u32>, Vec<Vec<f64>>, BTreeMap<&'static str, usize>) {
         let Self { above, verdicts, mut values, .. } = self;
         let (mut below_horizon, mut not_finite, mut not_measured) = (0, 0, 0);
@@ -207,7 +210,7 @@ impl<'g> Table<'g> {
     }
 }
 
-/// The bytes of a MERL table whose cells hold `value` (RGB, 1/sr), and -1 where there is none.
+/// The bytes of a MERL table whose cells contain `value` (RGB, 1/sr), or -1 if that is `None`.
 ///
 /// # Errors
 /// [`Error::Malformed`] naming the file if a value is not finite.
@@ -240,7 +243,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// Cells of a small table: some rows, the last cut short.
+    /// Number of cells of a small table: some rows, the last one cut short.
     const CELLS: usize = 3 * ROW + 7;
 
     /// Numbers of every kind, of which `odd` in 64 are not usable.
@@ -259,7 +262,7 @@ mod tests {
         }
     }
 
-    /// What the head of this file says, cell by cell.
+    /// A straightforward implementation of the rules at the head of this file, cell by cell.
     fn plainly(
         above: &[bool],
         planes: &[Vec<f64>],
@@ -288,7 +291,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// PROPTEST_CASES says how many; docs/inside/fuzzing.md how many there once were.
+        /// PROPTEST_CASES sets the number of cases; docs/inside/fuzzing.md says how many were once run.
         #[test]
         fn small_tables_in_pieces(seed in any::<u64>(), odd in 0_u64..20, low in 0_u64..3, rows in 1_usize..4) {
             let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -299,7 +302,7 @@ mod tests {
                 let words: Vec<u64> = plane.iter().map(|v| v.to_bits().to_le()).collect();
                 words.chunks(rows * ROW).for_each(|piece| table.take(piece));
             }
-            // Nothing has a place beyond the last plane.
+            // Numbers beyond the last plane are ignored.
             table.take(&[0; ROW]);
             prop_assert_eq!(table.finish(), plainly(&above, &planes));
         }

@@ -1,6 +1,6 @@
-//! Readers, chosen by content.
+//! The readers of all formats, chosen by content.
 //!
-//! To add a format: copy the file of the one most like it, and add its `mod` and one line to [`REGISTRY`].
+//! To add a format, copy the file of the most similar one, and add its `mod` and a line to [`REGISTRY`].
 
 mod cornell;
 pub mod csv;
@@ -20,20 +20,20 @@ use std::path::Path;
 /// Every format, the most easily recognised first.
 pub const REGISTRY: &[Format] = &[merl::FORMAT, cornell::FORMAT, csv::FORMAT];
 
-/// Reads a measurement in the format named `format`, or in the one that its content shows.
+/// Reads a measurement in the format called `format`, or in the one recognised by its content.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Malformed`] or, for an unknown format name, [`Error::UnknownName`].
 pub fn read(path: &Path, format: Option<&str>, options: &ReadOptions) -> Result<Measurement, Error> {
-    // A wrong name is told before the file is looked at.
+    // A wrong name is reported before the file is opened.
     format.map(named).transpose()?;
     read_file(File::open(path)?, format, options)
 }
 
-/// Reads a measurement from a file that is open, or from memory: like [`read`].
+/// Reads a measurement from an open file or from memory, like [`read`].
 ///
 /// # Errors
-/// Like [`read`].
+/// The errors of [`read`].
 pub fn read_file(
     mut file: File<'_>,
     format: Option<&str>,
@@ -48,18 +48,18 @@ pub fn read_file(
     Ok(measurement)
 }
 
-/// The directions of a file: of a measurement in any format, or of a CSV that has the four angles alone.
+/// The directions of a measurement in any format, or of a CSV file that contains only the four angles.
 ///
 /// # Errors
-/// Like [`read`].
+/// The errors of [`read`].
 pub fn read_directions(path: &Path, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
     directions_of(File::open(path)?, options)
 }
 
-/// The directions of a file that is open, or of one in memory: like [`read_directions`].
+/// The directions of an open file or of one in memory, like [`read_directions`].
 ///
 /// # Errors
-/// Like [`read`].
+/// The errors of [`read`].
 pub fn directions_of(mut file: File<'_>, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
     let format = recognise(&file)?;
     if let Some(directions) = format.directions {
@@ -70,10 +70,10 @@ pub fn directions_of(mut file: File<'_>, options: &ReadOptions) -> Result<Vec<Pa
     Ok(pairs.collect())
 }
 
-/// The format of that name.
+/// The format called `name`.
 ///
 /// # Errors
-/// [`Error::UnknownName`] if there is none.
+/// [`Error::UnknownName`] if there is no such format.
 pub fn named(name: &str) -> Result<&'static Format, Error> {
     REGISTRY.iter().find(|format| format.name == name).ok_or_else(|| {
         let names: Vec<&str> = REGISTRY.iter().map(|format| format.name).collect();
@@ -89,7 +89,7 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
         .iter()
         .map(|format| ((format.sniff)(file), format))
         .filter(|(confidence, _)| *confidence > Confidence::No)
-        // `max_by_key` keeps the last of equals; the registry puts the better first.
+        // `max_by_key` returns the last of several equal elements, and the registry lists the better format first.
         .rev()
         .max_by_key(|(confidence, _)| *confidence);
     best.map(|(_, format)| format).ok_or_else(|| {

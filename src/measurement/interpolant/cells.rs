@@ -1,11 +1,11 @@
-//! Between the cells of a half/difference grid.
+//! Interpolation between the cells of a half/difference grid.
 //!
-//! f is linear in each of the grid's indices, which go with sqrt(theta_h), theta_d and phi_d: trilinear between the
-//! eight centres around a pair. Towards theta_h = 0 and theta_d = 0 it is constant from the first centre on, which is
-//! what the mirror image on the other side of 0 would give; phi_d returns after half a turn. Cells that the
-//! measurement does not hold are left out and the weights of the others scaled to a sum of 1; a pair is covered if they
-//! had at least half of it. Where none of the eight is there, the nearest cell towards theta_h = theta_d = 0 answers,
-//! and the pair is not covered.
+//! f is linear in each of the grid's indices, which grow with sqrt(theta_h), theta_d and phi_d: trilinear between the
+//! eight centres around a pair. From the first centre towards theta_h = 0 or theta_d = 0 it is constant, which is what
+//! the mirror image on the other side of 0 would give; phi_d is periodic with half a turn. Cells that were not
+//! measured are left out, and the weights of the others are scaled to a sum of 1. A pair is covered if the others had
+//! at least half of the weight. If none of the eight was measured, the nearest cell towards theta_h = theta_d = 0
+//! gives the value, and the pair is not covered.
 
 use super::half_difference::HalfDifference;
 use super::left_out::{apart, spread};
@@ -17,17 +17,17 @@ use std::f64::consts::{FRAC_PI_2, PI};
 #[derive(Clone, Debug)]
 pub(super) struct Cells {
     channels: usize,
-    /// Where in its bin a cell's value stands: 0.5 for the centre, 0 for the lower edge.
+    /// Position within its bin that a cell's value stands for: 0.5 for the centre, 0 for the lower edge.
     offset: f64,
-    /// Per cell of the grid, the number of its sample, or [`ABSENT`].
+    /// For each cell of the grid, the index of its sample, or [`ABSENT`].
     samples: Vec<u32>,
-    /// Cell per sample.
+    /// The cell of each sample.
     cells: Vec<u32>,
-    /// f, the channels of each sample together.
+    /// f, with the channels of each sample together.
     values: Vec<f64>,
 }
 
-/// Stands for the sample of a cell that the measurement does not hold.
+/// Marks a cell that was not measured.
 const ABSENT: u32 = u32::MAX;
 
 /// The indices of a cell; theta_h and theta_d may lie outside the grid.
@@ -51,7 +51,7 @@ impl Cells {
         }
     }
 
-    /// f at a pair; whether it is covered.
+    /// Writes f at a pair, and returns whether the pair is covered.
     pub(super) fn at(&self, pair: &Pair, f: &mut [f64]) -> bool {
         let [n_h, n_d, n_p] = HalfDifferenceGrid::DIMENSIONS;
         let q = HalfDifference::of(pair);
@@ -61,7 +61,7 @@ impl Cells {
                 let last = count(n - 1);
                 between((along * count(n) - self.offset).clamp(0.0, last))
             });
-        // One turn more, so that what is below the first centre is not negative.
+        // One turn is added, so that values below the first centre are not negative.
         let p = between(phi_d / PI * count(n_p) - self.offset + count(n_p));
 
         f.fill(0.0);
@@ -90,7 +90,7 @@ impl Cells {
         false
     }
 
-    /// f of a cell, if the measurement holds it.
+    /// f of a cell; `None` if it was not measured.
     fn value(&self, [h, d, p]: Index) -> Option<&[f64]> {
         let [n_h, n_d, n_p] = HalfDifferenceGrid::DIMENSIONS;
         let inside = h < n_h && d < n_d;
@@ -99,7 +99,8 @@ impl Cells {
         self.values.get(start..start + self.channels)
     }
 
-    /// Errors of at most `most` cells, each against the mean over the axes of the means of its two neighbours.
+    /// The errors of at most `most` cells. Each is compared with the mean, over the axes, of the means of its two
+    /// neighbours.
     pub(super) fn leave_out(&self, most: usize) -> Vec<f64> {
         let [_, n_d, n_p] = HalfDifferenceGrid::DIMENSIONS;
         let error = |sample: usize| {
@@ -126,7 +127,7 @@ impl Cells {
     }
 }
 
-/// The two whole numbers around a number that is not negative, and their weights.
+/// The two integers on either side of a number that is not negative, and their weights.
 fn between(x: f64) -> [(usize, f64); 2] {
     let part = x - x.floor();
     let low = whole(x);
@@ -151,7 +152,7 @@ mod tests {
     use glam::{DQuat, DVec3};
     use std::sync::Arc;
 
-    /// A table of one channel that holds f(indices) where it is there.
+    /// A table of one channel that contains f(indices) for the cells where that is `Some`.
     fn table(grid: Arc<HalfDifferenceGrid>, f: impl Fn([usize; 3]) -> Option<f64>) -> Interpolant {
         let [n_h, n_d, n_p] = HalfDifferenceGrid::DIMENSIONS;
         let (mut cells, mut values) = (Vec::new(), Vec::new());
@@ -165,7 +166,8 @@ mod tests {
         Interpolant { channels: 1, kind: super::super::Kind::Cells(cells) }
     }
 
-    /// The pair at these indices, whole at centres, by turning vectors rather than by the grid's formulas.
+    /// The pair at these indices, which are integers at centres, computed by rotating vectors rather than by the
+    /// grid's formulas.
     fn pair([h, d, p]: [f64; 3], offset: f64, phi_h: f64) -> Pair {
         let theta_h = ((h + offset) / 90.0).powi(2) * FRAC_PI_2;
         let (theta_d, phi_d) = ((d + offset) / 90.0 * FRAC_PI_2, (p + offset) / 180.0 * PI);
@@ -191,7 +193,7 @@ mod tests {
                 for phi_h in [0.0, 1.0, 4.0] {
                     let [h, d, p] = at;
                     let pair = pair(at, offset, phi_h);
-                    // At theta_h = theta_d = 0 there is no phi_d.
+                    // At theta_h = theta_d = 0, phi_d is undefined.
                     if h + d + offset > 0.0 {
                         assert_relative_eq!(one(&table, pair).0, f(h, d, p), max_relative = 1e-9);
                     }
@@ -224,15 +226,15 @@ mod tests {
         let f =
             |[h, d, p]: [usize; 3]| (h < 40 && d < 60 && [h, d, p] != [10, 10, 10]).then(|| 1.0 + count(h));
         let table = table(HalfDifferenceGrid::merl_centers(), f);
-        // One of eight missing: the rest of its plane stands in for it.
+        // One of eight is missing: the rest of its plane replaces it.
         let (value, covered) = one(&table, pair([10.5, 10.5, 10.5], 0.5, 0.0));
         assert_relative_eq!(value, (3.0 * 11.0 + 4.0 * 12.0) / 7.0, max_relative = 1e-9);
         assert!(covered);
-        // A missing cell's own place has no other weight; the value is that of a neighbour towards 0.
+        // At a missing cell's own position no other cell has weight; the value is that of a neighbour towards 0.
         let (value, covered) = one(&table, pair([10.0, 10.0, 10.0], 0.5, 0.0));
         assert!((10.0 - 1e-9..=12.0).contains(&value), "{value}");
         assert!(!covered);
-        // Beyond all data.
+        // Outside all data.
         let (value, covered) = one(&table, pair([30.0, 75.0, 90.0], 0.5, 0.0));
         assert!(value > 0.0 && !covered);
         let below = Pair { wi: DVec3::Z, wo: -DVec3::Z };
@@ -241,7 +243,7 @@ mod tests {
 
     #[test]
     fn leave_out_sees_curvature_only() {
-        // Linear along each axis, but for phi_d, where it returns.
+        // Linear along each axis, except phi_d, which is periodic.
         let straight = table(HalfDifferenceGrid::merl_centers(), |[h, d, _]| Some(count(h + 2 * d + 5)));
         let error = straight.leave_out_error(LeftOut::Sample).unwrap();
         assert_eq!(error.samples, 4000);

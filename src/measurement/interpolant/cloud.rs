@@ -1,38 +1,38 @@
-//! Between scattered samples.
+//! Interpolation between scattered samples.
 //!
-//! **Where samples are.** Each is a point, so that near points look alike. With isotropy, u = sqrt(theta_h/90 deg):
+//! **Coordinates.** Each sample is a point, such that points that are near have similar values. With isotropy, and u =
+//! sqrt(theta_h/90 deg):
 //!
 //! ```text
 //! ( 2 u,  theta_d,  u sin(theta_d)/2 cos(phi_d),  u sin(theta_d)/2 |sin(phi_d)| )
 //! ```
 //!
-//! The root stretches the neighbourhood of the mirror direction, where peaks are; phi_d counts for nothing where it
-//! means nothing, at theta_h = 0 and theta_d = 0; |sin| is mirror symmetry. With reciprocity cos becomes |cos|, since
-//! exchanging the directions adds half a turn to phi_d. Without isotropy
-//!
+//! The root stretches the neighbourhood of the mirror direction, where the peaks are. phi_d has no effect where it has
+//! no meaning, at theta_h = 0 and theta_d = 0, and |sin| gives mirror symmetry. With reciprocity cos becomes |cos|,
+//! because exchanging the directions adds half a turn to phi_d. Without isotropy the coordinates are
 //! ```text
 //! ( 2 u cos(phi_h),  2 u sin(phi_h),  (wi - wo)/2 )
 //! ```
 //!
-//! and with reciprocity every sample stands there a second time, exchanged.
+//! and with reciprocity every sample occurs a second time, exchanged.
 //!
-//! **Which symmetries.** Samples of one phi_i can tell nothing of anisotropy and are taken as isotropic; otherwise both are
-//! tried. Of all candidates, the most symmetric one is taken whose median error, with all samples of the same light left out, is at most
-//! [`WORSE`] times that of the best. Data that contradict a symmetry thereby are not forced into it: Cornell's paints are far
-//! from reciprocal away from the mirror direction.
+//! **Symmetries.** Samples with a single phi_i contain no information on anisotropy and are taken as isotropic;
+//! otherwise both are tried. Of all candidates whose median error, with all samples of the same light direction left
+//! out, is at most [`WORSE`] times that of the best, the most symmetric one is chosen. So data that contradict a
+//! symmetry are not forced into it: Cornell's paints are far from reciprocal away from the mirror direction.
 //!
-//! **Between them.** cbrt(f) is fitted by a linear function of the coordinates to the [`NEAREST`] nearest samples, with weights
-//! ((R - d)/(R d))^2 that are infinite at a sample and vanish at the distance R of the next one beyond
-//! (Franke and Little's, in Franke 1982, doi:10.2307/2007474), and a ridge that leaves Shepard's weighted mean where the samples do not
-//! tell a slope. The value at the pair is held between the smallest and the largest of those samples. At a sample this is
-//! the measured value (at several under the same symmetry, their mean).
+//! **Interpolation.** A linear function of the coordinates is fitted to cbrt(f) at the [`NEAREST`] nearest samples.
+//! The weights ((R - d)/(R d))^2 are infinite at a sample and vanish at the distance R of the next one beyond (Franke
+//! and Little's, in Franke 1982, doi:10.2307/2007474). A ridge leaves Shepard's weighted mean if the samples do not
+//! determine a slope. The value at the pair is limited to the range from the smallest to the largest of those samples.
+//! At a sample it is the measured value (if several samples coincide under the symmetry, their mean).
 //!
-//! **Covered** is a pair whose polar angles are within those measured, and that is no farther from the nearest sample than
-//! that one's [`REACH`]th neighbour is.
+//! **Coverage.** A pair is covered if its polar angles are within those measured, and if it is no farther from the
+//! nearest sample than the [`REACH`]th neighbour of that sample is.
 //!
-//! **What was tried,** on Cornell's cayman, garnet red and krylon blue (1439 samples each), at polar angles up to 80 degrees: the
-//! median of sum_c |f - f*| / sum_c |f*| in per cent, with one sample left out, and with all of its theta_i (20 to 70 degrees), which
-//! is 10 degrees from the next:
+//! **Alternatives tried,** on Cornell's cayman, garnet red and krylon blue (1439 samples each), at polar angles up to
+//! 80 degrees. The numbers are the median of sum_c |f - f*| / sum_c |f*| in per cent, with one sample left out, and
+//! with all samples of its theta_i left out (20 to 70 degrees), which is 10 degrees from the next:
 //!
 //! | | cayman | garnet red | krylon blue |
 //! |---|---|---|---|
@@ -47,7 +47,7 @@
 //! | coordinates without isotropy | 4.5, 5.3 | 2.1, 3.1 | 2.0, 3.5 |
 //! | reciprocity forced | 7.7, 22 | 1.8, 4.4 | 3.3, 11 |
 //!
-//! cbrt also takes negative values and has no scale: twice the values give twice the answer.
+//! cbrt also accepts negative values, and it has no scale: doubling the values doubles the result.
 
 use super::half_difference::HalfDifference;
 use super::left_out::{LeftOut, apart, spread, summary};
@@ -60,45 +60,45 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 
-/// What samples are taken to be alike under.
+/// The symmetries that samples are assumed to have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Symmetry {
-    /// Turning both directions about the normal, and mirroring them, changes nothing.
+    /// Rotating both directions about the normal, or mirroring them, changes nothing.
     pub isotropic: bool,
-    /// Exchanging them changes nothing.
+    /// Exchanging the two directions changes nothing.
     pub reciprocal: bool,
 }
 
-/// Samples that a value is found from.
+/// Number of samples from which a value is computed.
 const NEAREST: usize = 12;
-/// The neighbour that says how far a sample reaches.
+/// The neighbour whose distance is the reach of a sample.
 const REACH: usize = 8;
-/// How much worse samples may be predicted with a symmetry than without.
+/// Largest ratio of the prediction error with a symmetry to that of the best candidate.
 const WORSE: f64 = 1.1;
-/// Samples left out to choose the symmetry.
+/// Number of samples left out to choose the symmetry.
 const JUDGES: usize = 500;
-/// Squared distance below which points are the same: an angle of some 1e-7, and of 1e-14 from the mirror direction.
+/// Squared distance below which points coincide: an angle of about 1e-7, or of 1e-14 from the mirror direction.
 const SAME: f64 = 1e-14;
-/// Distance below which two directions of light are the same.
+/// Distance below which two light directions are the same.
 const SAME_LIGHT: f64 = 1e-3;
-/// The ridge, as a part of the samples' mean square distance.
+/// The ridge, as a fraction of the samples' mean square distance.
 const RIDGE: f64 = 1e-2;
 
 #[derive(Clone, Debug)]
 pub(super) struct Cloud {
     channels: usize,
     pairs: Vec<Pair>,
-    /// cbrt(f), the channels of each sample together.
+    /// cbrt(f), with the channels of each sample together.
     roots: Vec<f64>,
     symmetry: Symmetry,
     tree: Tree,
-    /// Squared distance of each sample's [`REACH`]th neighbour.
+    /// Squared distance of the [`REACH`]th neighbour of each sample.
     reach: Vec<f64>,
     /// Smallest n.wi and n.wo.
     lowest: (f64, f64),
 }
 
-/// Room for the neighbours of one pair after the other, and their weights.
+/// Working space for the neighbours of a pair and their weights, reused from pair to pair.
 #[derive(Default)]
 pub(super) struct Room {
     found: Vec<Near>,
@@ -133,7 +133,7 @@ impl Cloud {
         cloud
     }
 
-    /// Chooses the symmetry and makes the tree for it.
+    /// Chooses the symmetry and builds the tree for it.
     fn settle(&mut self) {
         let mut tried = Vec::new();
         for isotropic in [true, false] {
@@ -141,7 +141,7 @@ impl Cloud {
                 if isotropic || several_azimuths(&self.pairs) {
                     self.symmetry = Symmetry { isotropic, reciprocal };
                     self.tree = tree(&self.pairs, self.symmetry);
-                    // Where all light came from one direction, single samples must do.
+                    // If all light came from one direction, single samples must be left out instead.
                     let median = [LeftOut::Light, LeftOut::Sample]
                         .into_iter()
                         .find_map(|out| summary(self.leave_out(out, JUDGES)));
@@ -160,7 +160,7 @@ impl Cloud {
         self.symmetry
     }
 
-    /// f at a pair; whether it is covered.
+    /// Writes f at a pair, and returns whether the pair is covered.
     pub(super) fn at(&self, pair: &Pair, room: &mut Room, f: &mut [f64]) -> bool {
         let q = place(pair, self.symmetry);
         self.tree.nearest(&q, NEAREST + 1, |_| true, &mut room.found);
@@ -173,7 +173,7 @@ impl Cloud {
             && nearest.square <= reach.max(SAME)
     }
 
-    /// f at `q` from the samples that were found near it.
+    /// Writes f at `q`, computed from the samples found near it.
     fn value(&self, q: &Point, Room { found, weights }: &mut Room, f: &mut [f64]) {
         let same = found.partition_point(|near| near.square < SAME);
         if same > 0 {
@@ -194,7 +194,7 @@ impl Cloud {
         }
     }
 
-    /// Errors of at most `most` samples, each found from the others that do not coincide with it.
+    /// The errors of at most `most` samples. Each is predicted from the others that do not coincide with it.
     pub(super) fn leave_out(&self, out: LeftOut, most: usize) -> Vec<f64> {
         let error = |sample: usize| {
             let pair = self.pairs.get(sample)?;
@@ -218,17 +218,18 @@ impl Cloud {
     }
 }
 
-/// The values of rows, one per channel, so that all channels of a sample stand together.
-pub(super) fn by_sample(rows: &[Vec<f64>], samples: usize, of: impl Fn(f64) -> f64) -> Vec<f64> {
+/// Applies `transform` to the values of rows, one row per channel, and rearranges them so that all channels of a sample
+/// are together.
+pub(super) fn by_sample(rows: &[Vec<f64>], samples: usize, transform: impl Fn(f64) -> f64) -> Vec<f64> {
     let mut values = vec![0.0; rows.len() * samples];
     for (channel, row) in rows.iter().enumerate() {
         let places = values.iter_mut().skip(channel).step_by(rows.len());
-        places.zip(row).for_each(|(place, f)| *place = of(*f));
+        places.zip(row).for_each(|(place, f)| *place = transform(*f));
     }
     values
 }
 
-/// Whether light came from more than one azimuth.
+/// Whether the light came from more than one azimuth.
 fn several_azimuths(pairs: &[Pair]) -> bool {
     let mut azimuths = pairs.iter().map(|pair| pair.wi.truncate()).filter(|v| v.length() > 1e-6);
     let Some(first) = azimuths.next() else { return false };
@@ -258,12 +259,12 @@ fn place(pair: &Pair, symmetry: Symmetry) -> Point {
 
 type Vector = SVector<f64, 5>;
 
-/// The weights of the samples in the value at `q` of the linear function that fits them best.
+/// The weight of each sample in the value at `q` of the linear function that fits the samples best.
 ///
-/// With m the weighted mean of x - q and S the weighted covariance of x, the value at q is the mean of
-/// y (1 - (x - q - m) S^-1 m).
+/// With m the weighted mean of x - q and S the weighted covariance of x, the value at q is the mean of y (1 - (x - q -
+/// m) S^-1 m).
 fn weigh(found: &[Near], q: &Point, weights: &mut Vec<f64>) {
-    // A little beyond the last, so that it has a weight where it is alone.
+    // The range extends slightly beyond the last sample, so that it has a weight if it is the only one.
     let range = 1.000_1 * found.last().map_or(1.0, |near| near.square.sqrt());
     weights.clear();
     weights.extend(found.iter().map(|near| {
@@ -280,7 +281,7 @@ fn weigh(found: &[Near], q: &Point, weights: &mut Vec<f64>) {
         let step = from(near) - mean;
         covariance += step * (step * *weight).transpose();
     }
-    // The ridge also stands for the axes that these coordinates leave empty.
+    // The ridge also takes the place of the axes that these coordinates do not use.
     let ridge = (RIDGE * covariance.trace()).max(f64::MIN_POSITIVE);
     covariance += SMatrix::identity() * ridge;
     let slope = covariance.cholesky().map_or_else(Vector::zeros, |s| s.solve(&mean));
@@ -303,7 +304,7 @@ mod tests {
         Interpolant { channels: rows.len(), kind }
     }
 
-    /// Pairs over both hemispheres, up to 80 degrees; the azimuth of the light is 0, or anything.
+    /// Pairs over both hemispheres up to 80 degrees. The azimuth of the light is 0, or random if `turned`.
     fn pairs(n: usize, turned: bool, seed: u64) -> Vec<Pair> {
         let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
         let mut any = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();
@@ -311,7 +312,7 @@ mod tests {
         (0..n).map(|_| Pair { wi: one(if turned { TAU } else { 0.0 }), wo: one(TAU) }).collect()
     }
 
-    /// A wide lobe about the half vector over a diffuse floor, with its own roughness along x and y.
+    /// A wide lobe about the half vector on top of a diffuse floor, with different roughnesses along x and y.
     fn lobe(pair: &Pair, [x, y]: [f64; 2]) -> f64 {
         let h = (pair.wi + pair.wo).normalize();
         let t2 = (h.x / x).powi(2) + (h.y / y).powi(2);
@@ -349,7 +350,7 @@ mod tests {
         }
     }
 
-    /// Median and 95th percentile of the error relative to the value, over pairs that are covered.
+    /// Median and 95th percentile of the error relative to the value, over the pairs that are covered.
     fn errors(sampled: &[Pair], f: impl Fn(&Pair) -> f64) -> (Symmetry, [f64; 2], f64) {
         let interpolant = interpolant(sampled, &[sampled.iter().map(&f).collect()]);
         let asked = pairs(4000, true, 5);
@@ -395,7 +396,7 @@ mod tests {
 
     #[test]
     fn where_there_are_no_data() {
-        // In the plane of incidence only: pairs far from it are not covered.
+        // Samples in the plane of incidence only: pairs far from it are not covered.
         let angles = || (-8..=8).map(|i| f64::from(i) * 10_f64.to_radians());
         let plane: Vec<Pair> = angles()
             .flat_map(|i| angles().map(move |o| Pair { wi: direction(i, 0.0), wo: direction(o, 0.0) }))

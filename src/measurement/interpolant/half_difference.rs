@@ -3,18 +3,18 @@
 use crate::geometry::Pair;
 use glam::DVec3;
 
-/// Half/difference coordinates of a pair.
+/// Half/difference coordinates of a pair of directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HalfDifference {
-    /// Polar angle of the half vector.
+    /// Polar angle of the half vector, radians.
     pub(super) theta_h: f64,
-    /// Cosine and sine of its azimuth; (1, 0) where it has none.
+    /// Cosine and sine of its azimuth; (1, 0) if that is undefined.
     pub(super) azimuth: (f64, f64),
     /// Difference angle.
     pub(super) theta_d: f64,
-    /// (wi - wo)/2: at right angles to the half vector, sin(theta_d) long.
+    /// (wi - wo)/2, which is perpendicular to the half vector and has length sin(theta_d).
     pub(super) difference: DVec3,
-    /// sin(theta_d) cos(phi_d): the difference along the plane of normal and half vector.
+    /// sin(theta_d) cos(phi_d), the component of the difference in the plane of the normal and the half vector.
     pub(super) along: f64,
     /// sin(theta_d) sin(phi_d).
     pub(super) across: f64,

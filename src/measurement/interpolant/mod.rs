@@ -1,13 +1,13 @@
-//! A measurement as a function of any pair of directions: what an image of the measured material needs.
+//! Interpolates a measurement to any pair of directions, as an image of the measured material requires.
 //!
 //! | directions | method |
 //! |---|---|
 //! | half/difference grid | trilinear between the eight centres around a pair, on the grid's own warped axes: `cells` |
-//! | scattered | local linear regression on the nearest samples, through every sample: `cloud` |
+//! | scattered | local linear regression on the nearest samples, which passes through every sample: `cloud` |
 //!
-//! Below the horizon f = 0. Every answer says whether data surround the pair, and
-//! [`Interpolant::leave_out_error`] how well samples are predicted from the others. docs/use/image.md has what was
-//! measured of both.
+//! Below the horizon f = 0. Every value comes with whether data surround the pair, and
+//! [`Interpolant::leave_out_error`] says how well samples are predicted from the others. docs/use/image.md reports
+//! measurements of both.
 
 mod cells;
 mod cloud;
@@ -23,7 +23,7 @@ use crate::geometry::{Directions, Pair};
 use left_out::summary;
 use rayon::prelude::*;
 
-/// A measured BRDF between its samples, and a guess beyond them.
+/// A measured BRDF, interpolated between its samples and extrapolated beyond them.
 #[derive(Clone, Debug)]
 pub struct Interpolant {
     channels: usize,
@@ -36,20 +36,20 @@ enum Kind {
     Cloud(cloud::Cloud),
 }
 
-/// What an interpolant says of pairs of directions.
+/// The values of an interpolant at pairs of directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// f per channel, per pair, 1/sr.
+    /// f in 1/sr, by channel and pair.
     pub values: Vec<Vec<f64>>,
-    /// Per pair, whether there are data around it; if not, the value is that of the nearest ones.
+    /// Whether there are data around each pair; if not, the value is that of the nearest data.
     pub covered: Vec<bool>,
 }
 
-/// Samples that are left out for a [`LeaveOut`], at most.
+/// Largest number of samples that are left out for a [`LeaveOut`].
 const LEFT_OUT: usize = 4000;
 
 impl Interpolant {
-    /// Prepares a measurement.
+    /// Prepares a measurement for interpolation.
     #[must_use]
     pub fn new(measurement: &Measurement) -> Self {
         let kind = match &measurement.directions {
@@ -61,10 +61,10 @@ impl Interpolant {
         Self { channels: measurement.values.len(), kind }
     }
 
-    /// f at every pair. The same at any number of threads.
+    /// f at every pair. The result does not depend on the number of threads.
     #[must_use]
     pub fn at(&self, pairs: &[Pair]) -> Answer {
-        /// Pairs that one thread answers together.
+        /// Number of pairs that one thread computes at a time.
         const PART: usize = 512;
         let parts: Vec<(Vec<f64>, Vec<bool>)> = pairs.par_chunks(PART).map(|part| self.part(part)).collect();
         let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(pairs.len()); self.channels];
@@ -78,12 +78,12 @@ impl Interpolant {
         Answer { values, covered }
     }
 
-    /// f at some pairs, the channels of each together.
+    /// f at some pairs, with the channels of each pair together, and whether each pair is covered.
     fn part(&self, pairs: &[Pair]) -> (Vec<f64>, Vec<bool>) {
         let mut values = vec![0.0; pairs.len() * self.channels];
         let mut room = cloud::Room::default();
         let covered = pairs.iter().zip(values.chunks_exact_mut(self.channels.max(1))).map(|(pair, f)| {
-            // Nothing is reflected below the horizon, and that is known.
+            // It is known that nothing is reflected below the horizon.
             if pair.wi.z <= 0.0 || pair.wo.z <= 0.0 {
                 return true;
             }
@@ -96,11 +96,12 @@ impl Interpolant {
         (values, covered)
     }
 
-    /// How far samples are from what the others say of them: what an image of the measurement can be trusted to.
+    /// How far samples are from their predictions by the others, which limits how far an image of the measurement can
+    /// be trusted.
     ///
-    /// On a grid a cell is compared with the means of its neighbours on either side along each axis, which are twice as
-    /// far apart as those that [`Self::at`] uses, whatever is asked to be left out. Null if no sample has neighbours, or all
-    /// are 0.
+    /// On a grid, a cell is compared with the means of its neighbours on either side along each axis, whatever `out`
+    /// says. These are twice as far apart as those that [`Self::at`] uses. `None` if no sample has neighbours, or if
+    /// all are 0.
     #[must_use]
     pub fn leave_out_error(&self, out: LeftOut) -> Option<LeaveOut> {
         match &self.kind {
@@ -109,7 +110,7 @@ impl Interpolant {
         }
     }
 
-    /// What scattered samples are taken to be alike under; null for a grid, which has both symmetries by its making.
+    /// The symmetries assumed for scattered samples; `None` for a grid, which has both by construction.
     #[must_use]
     pub fn symmetry(&self) -> Option<Symmetry> {
         match &self.kind {

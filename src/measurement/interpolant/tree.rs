@@ -1,20 +1,20 @@
-//! A k-d tree: the nearest of many points, in the same order every time.
+//! A k-d tree that finds the nearest of many points, always in the same order.
 
-/// Coordinates of a point; those that are not needed are 0 for all.
+/// Coordinates of a point. Unused ones are 0 for all points.
 pub(super) type Point = [f64; 5];
 
-/// A point of the tree near the one asked for.
+/// A point of the tree that is near the one searched for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near {
     /// Squared distance.
     pub square: f64,
-    /// Where it is.
+    /// The point itself.
     pub point: Point,
-    /// The sample that it stands for.
+    /// The sample that the point belongs to.
     pub sample: usize,
 }
 
-/// Points in leaves of at most [`LEAF`], halved along the axis that is widest.
+/// The points, in leaves of at most [`LEAF`], divided in half along the widest axis.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     points: Vec<(Point, usize)>,
@@ -24,7 +24,7 @@ pub(super) struct Tree {
 #[derive(Clone, Debug)]
 enum Node {
     Leaf(std::ops::Range<usize>),
-    /// Points below `at` are in the node that follows, the others in node `right`.
+    /// Points below `at` are in the next node, the others in node `right`.
     Split {
         axis: usize,
         at: f64,
@@ -32,18 +32,18 @@ enum Node {
     },
 }
 
-/// The most points of a leaf.
+/// Largest number of points in a leaf.
 const LEAF: usize = 8;
 
 impl Tree {
-    /// The tree of these points, each with the sample that it stands for.
+    /// Builds the tree of these points, each with the sample that it belongs to.
     pub(super) fn new(mut points: Vec<(Point, usize)>) -> Self {
         let mut nodes = Vec::new();
         divide(&mut points, 0, &mut nodes);
         Self { points, nodes }
     }
 
-    /// Puts the `k` points nearest to `to`, among those that `admit` lets through, into `found`, nearest first.
+    /// Writes the `k` points nearest to `to`, among those for which `admit` returns true, to `found`, nearest first.
     pub(super) fn nearest(&self, to: &Point, k: usize, admit: impl Fn(&Near) -> bool, found: &mut Vec<Near>) {
         found.clear();
         self.descend(0, to, k, &admit, found);
@@ -81,7 +81,7 @@ impl Tree {
     }
 }
 
-/// The squared distance that a further point must stay below.
+/// The squared distance below which another point is among the nearest.
 fn worst(found: &[Near], k: usize) -> f64 {
     if found.len() < k { f64::INFINITY } else { found.last().map_or(f64::INFINITY, |near| near.square) }
 }
@@ -103,7 +103,7 @@ fn divide(points: &mut [(Point, usize)], start: usize, nodes: &mut Vec<Node>) {
     let widths = [0, 1, 2, 3, 4].map(|axis| (width(axis), axis));
     let (_, axis) = widths.into_iter().fold((f64::NEG_INFINITY, 0), |a, b| if b.0 > a.0 { b } else { a });
     let half = points.len() / 2;
-    // The number of the sample settles ties.
+    // The index of the sample breaks ties.
     let (_, middle, _) = points.select_nth_unstable_by(half, |a, b| {
         coordinate(a, axis).total_cmp(&coordinate(b, axis)).then(a.1.cmp(&b.1))
     });
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn finds_what_a_search_through_all_finds() {
         let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(7);
-        // Coordinates of few values, so that there are ties, and one axis that all points share.
+        // Coordinates with few different values, so that there are ties, and one axis on which all points coincide.
         let mut point = || -> Point {
             let mut at = || (rng.random::<f64>() * 20.0).floor() / 20.0;
             [at(), at(), at(), at(), 0.0]

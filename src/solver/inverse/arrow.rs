@@ -1,17 +1,18 @@
-//! The linear model at the optimum taken apart, in time proportional to the number of channels.
+//! Decomposes the linear model at the optimum, in time proportional to the number of channels.
 //!
-//! A block of rows, one per channel, involves parameters of its own, x, and a few that several blocks share, y: J has
-//! the shape of an arrow. With A the block's own columns and B its shared ones, both scaled to unit length,
+//! A block of rows, one per channel, involves parameters x of its own and a few parameters y that several blocks share, so
+//! that J has the shape of an arrow. With A the block's own columns and B its shared ones, both scaled to unit length,
 //!
-//! - the singular value decomposition A = Q S V^T gives W = V S^-1, so that the own parameters alone have the inverse
-//!   W W^T, and C = W Q^T B: x = -C y is where the own parameters are best for given shared ones;
-//! - the rows B - Q Q^T B, of all blocks together, are what is left to tell the shared ones. Any y moves all parameters
-//!   along T y, T = (-C; 1). In an orthonormal basis of those directions another small decomposition gives Z, and
+//! - the singular value decomposition A = Q S V^T gives W = V S^-1, so that (J^T J)^-1 of the own parameters alone is
+//!   W W^T, and C = W Q^T B: for given shared parameters y, the best own ones are x = -C y;
+//! - the rows B - Q Q^T B of all blocks together contain what remains to determine the shared parameters. Any y moves all
+//!   parameters along T y, with T = (-C; 1). In an orthonormal basis of those directions another small decomposition
+//!   gives Z, and
 //!
-//! (J^T J)^-1 = diag(W W^T) + Z Z^T: a block per channel and a product of a few columns.
+//! (J^T J)^-1 = diag(W W^T) + Z Z^T: a block per channel and a product of matrices with few columns.
 //!
-//! Directions that are not determined, within a block or along T y, are left out: the inverse is that of Moore and
-//! Penrose. `bounded_step` eliminates in the same way, but of a damped model, which has no such directions.
+//! Directions that are not determined, within a block or along T y, are left out, so that the inverse is that of Moore and
+//! Penrose. `bounded_step` eliminates in the same way, but from a damped model, which has no such directions.
 
 use super::block_matrix::BlockMatrix;
 use super::lanczos::largest_eigenpair;
@@ -19,44 +20,44 @@ use super::svd::Svd;
 use crate::solver::least_squares::Linearisation;
 use nalgebra::{DMatrix, DVector};
 
-/// Below this share of the largest singular value a direction is not determined by double precision.
+/// A direction is not determined in double precision if its singular value is below this fraction of the largest.
 const RANK_TOLERANCE: f64 = 1e-11;
 
-/// The linear model in some of the parameters, its columns scaled to unit length, taken apart.
+/// The decomposed linear model in some of the parameters, with its columns scaled to unit length.
 ///
-/// Matrices and vectors have a row per selected parameter.
+/// Its matrices and vectors have one row per selected parameter.
 pub(crate) struct Arrow {
     /// Columns of the Jacobian, ascending.
     columns: Vec<usize>,
     /// Lengths of the columns.
     pub(crate) lengths: DVector<f64>,
-    /// Per parameter, the block that alone knows it and its place there.
+    /// For each parameter, the only block that involves it and its index there; `None` if several do.
     places: Vec<Option<(usize, usize)>>,
-    /// One per block of rows, then one per parameter that no block knows.
+    /// One part per block of rows, then one per parameter that no block involves.
     parts: Vec<Part>,
     /// Z^T.
     common: DMatrix<f64>,
-    /// Unit vectors along directions that are not determined and involve shared parameters, as rows.
+    /// Unit vectors, as rows, along the undetermined directions that involve shared parameters.
     null: DMatrix<f64>,
     /// Ratio of the largest to the smallest singular value.
     pub(crate) condition: f64,
-    /// The unit vector along which the least is known.
+    /// The unit vector along the direction known worst.
     pub(crate) weakest: DVector<f64>,
 }
 
-/// The parameters that one block alone knows.
+/// The parameters that only one block involves.
 struct Part {
-    /// Ascending.
+    /// The columns of these parameters, ascending.
     own: Vec<usize>,
     /// W.
     half: DMatrix<f64>,
-    /// Unit vectors along the directions that are not determined, as columns.
+    /// Unit vectors, as columns, along the directions that are not determined.
     null: DMatrix<f64>,
-    /// Their singular values.
+    /// The singular values of those directions.
     lost: Vec<f64>,
 }
 
-/// One block of rows, parameters by their place among those selected.
+/// One block of rows; parameters are given by their index among those selected.
 struct Scaled {
     own: Vec<usize>,
     shared: Vec<usize>,
@@ -66,7 +67,7 @@ struct Scaled {
     of_shared: DMatrix<f64>,
 }
 
-/// What elimination of a block's own parameters leaves.
+/// What remains of a block once its own parameters are eliminated.
 struct Eliminated {
     part: Part,
     /// C.
@@ -76,7 +77,8 @@ struct Eliminated {
 }
 
 impl Scaled {
-    /// Takes the own parameters out; directions with a singular value up to `least` count as not determined.
+    /// Eliminates the block's own parameters. A direction whose singular value is at most `least` counts as not
+    /// determined.
     fn eliminate(&self, least: f64) -> Eliminated {
         let own = self.own.clone();
         let svd = Svd::new(self.of_own.clone());
@@ -85,7 +87,7 @@ impl Scaled {
         let basis = svd.left.select_columns(&kept);
         let seen = basis.tr_mul(&self.of_shared);
         let mut remainder = &self.of_shared - &basis * &seen;
-        // Once more: where little remains it is full of the rounding errors of what was taken away.
+        // Subtracted once more: if little remains, it consists mostly of the rounding errors of what was subtracted.
         remainder -= &basis * basis.tr_mul(&remainder);
         let null = svd.right.select_columns(&dropped);
         let lost = svd.values.select_rows(&dropped).iter().copied().collect();
@@ -93,7 +95,7 @@ impl Scaled {
         Eliminated { part: Part { own, half, null, lost }, coupling, remainder }
     }
 
-    /// Adds J^T J v.
+    /// Adds J^T J v to `sum`.
     fn add_normal(&self, v: &DVector<f64>, sum: &mut DVector<f64>) {
         let image = &self.of_own * v.select_rows(&self.own) + &self.of_shared * v.select_rows(&self.shared);
         for (places, matrix) in [(&self.own, &self.of_own), (&self.shared, &self.of_shared)] {
@@ -105,12 +107,12 @@ impl Scaled {
 }
 
 impl Arrow {
-    /// Takes apart the model in the parameters `columns`, ascending, of `n`. `None` if there are none, or if the model
-    /// holds what is no finite number.
+    /// Decomposes the model in the parameters `columns`, ascending, out of `n`. `None` if there are none, or if the
+    /// model contains a number that is not finite.
     pub(crate) fn new(model: &Linearisation, n: usize, columns: Vec<usize>) -> Option<Self> {
         let lengths = model.column_lengths(n).map(|length| if length > 0.0 { length } else { 1.0 });
         let blocks = scaled_blocks(model, &columns, &lengths);
-        // Values close to the largest double overflow on the way; there is no covariance to be had then.
+        // Values close to the largest double overflow in the computation; then there is no covariance.
         let finite = |m: &DMatrix<f64>| m.iter().all(|v| v.is_finite());
         if !blocks.iter().all(|block| finite(&block.of_own) && finite(&block.of_shared)) {
             return None;
@@ -154,8 +156,8 @@ impl Arrow {
         Some(arrow)
     }
 
-    /// Of the directions that are not determined, that with the smallest singular value; `lost` has those of the
-    /// directions in `null`.
+    /// Of the directions that are not determined, the one with the smallest singular value; `lost` holds the singular
+    /// values of the directions in `null`.
     fn least_determined(&self, lost: &[f64]) -> Option<(f64, DVector<f64>)> {
         let n = self.columns.len();
         let own = self.parts.iter().flat_map(|part| {
@@ -171,20 +173,20 @@ impl Arrow {
         own.chain(shared).min_by(|(a, _), (b, _)| a.total_cmp(b))
     }
 
-    /// The projection to the directions that are not determined.
+    /// The projection onto the directions that are not determined.
     pub(crate) fn unknown(&self) -> BlockMatrix {
         let blocks = self.parts.iter().map(|part| &part.null * part.null.transpose()).collect();
         BlockMatrix::new(self.places.clone(), blocks, self.null.clone(), self.null.clone())
     }
 
-    /// (J^T J)^-1 over the determined directions.
+    /// (J^T J)^-1 over the directions that are determined.
     pub(crate) fn inverse(&self) -> BlockMatrix {
         let blocks: Vec<DMatrix<f64>> =
             self.parts.iter().map(|part| &part.half * part.half.transpose()).collect();
         let (mut left, mut right) = (self.common.clone(), self.common.clone());
         if self.null.nrows() > 0 {
-            // With N the directions that are not determined and D = diag(W W^T), of D only (1 - N N^T) D (1 - N N^T) is
-            // wanted: D + N M^T + M N^T with M = N N^T D N/2 - D N.
+            // With N the directions that are not determined and D = diag(W W^T), only (1 - N N^T) D (1 - N N^T) is
+            // needed of D: it is D + N M^T + M N^T with M = N N^T D N/2 - D N.
             let mut d_n = DMatrix::zeros(self.null.nrows(), self.null.ncols());
             for (part, block) in self.parts.iter().zip(&blocks) {
                 let product = self.null.select_columns(&part.own) * block;
@@ -200,11 +202,11 @@ impl Arrow {
         BlockMatrix::new(self.places.clone(), blocks, left, right)
     }
 
-    /// The sandwich around F^T F, the product of rows that come in the same blocks as those of the model.
+    /// The sandwich around F^T F, where F has rows in the same blocks as the model.
     pub(crate) fn sandwich(&self, scatter: &Linearisation) -> BlockMatrix {
-        // With D + L R^T the inverse, F of a block times it is P + Y R^T: P = F D in the block's own columns, Y = F L. The
-        // sum of (P + Y R^T)^T (P + Y R^T) over the blocks is diag(P^T P) + E R^T + R E^T + R (sum Y^T Y) R^T, where the
-        // rows of E are P^T Y.
+        // With the inverse written as D + L R^T, the product of a block of F with it is P + Y R^T, where P = F D in
+        // the block's own columns and Y = F L. The sum of (P + Y R^T)^T (P + Y R^T) over the blocks is diag(P^T P) + E
+        // R^T + R E^T + R (sum Y^T Y) R^T, where the rows of E are P^T Y.
         assert!(scatter.blocks.len() <= self.parts.len(), "the blocks of the model");
         let inverse = self.inverse();
         let (left, right) = inverse.factors();
@@ -237,8 +239,8 @@ impl Arrow {
         BlockMatrix::new(self.places.clone(), products, stacked(&[&half, right]), stacked(&[right, &half]))
     }
 
-    /// A root of the part of (J^T J)^-1 that belongs to the columns of one block, each parameter in the Jacobian's units:
-    /// a row per column, zeros for what is not selected.
+    /// A root of the part of (J^T J)^-1 that belongs to the columns of one block, in the Jacobian's units: one row per
+    /// column, with zeros for columns that are not selected.
     pub(crate) fn root(&self, columns: &[usize]) -> Vec<Vec<f64>> {
         let place = |column: &usize| self.columns.binary_search(column).ok();
         let part = columns.iter().filter_map(place).find_map(|i| self.places[i]);
@@ -263,7 +265,7 @@ impl Arrow {
     }
 }
 
-/// The model's blocks in the selected columns, and an empty one for each column that no block knows.
+/// The model's blocks in the selected columns, and an empty block for each column that no block involves.
 fn scaled_blocks(model: &Linearisation, columns: &[usize], lengths: &DVector<f64>) -> Vec<Scaled> {
     let uses = model.uses(lengths.len());
     let uses_of = |place: &usize| uses[columns[*place]];
@@ -288,8 +290,8 @@ fn scaled_blocks(model: &Linearisation, columns: &[usize], lengths: &DVector<f64
     blocks
 }
 
-/// What the rows left over tell of the shared parameters: Z^T, the directions that are not determined as rows, and
-/// their singular values.
+/// Decomposes the remaining rows in the shared parameters. Returns Z^T, the undetermined directions as rows, and their
+/// singular values.
 fn tell_shared(
     n: usize,
     shared: &[usize],
@@ -299,9 +301,9 @@ fn tell_shared(
 ) -> Option<(DMatrix<f64>, DMatrix<f64>, Vec<f64>)> {
     let height = eliminated.iter().map(|block| block.remainder.nrows()).sum();
     let mut rest = DMatrix::zeros(height, shared.len());
-    // T: how all parameters follow the shared ones.
+    // T, by which all parameters follow the shared ones.
     let mut follow = DMatrix::zeros(n, shared.len());
-    // The column of each shared parameter; of others there is none.
+    // The column of each shared parameter; `usize::MAX` for the others.
     let mut column_of = vec![usize::MAX; n];
     for (column, place) in shared.iter().enumerate() {
         column_of[*place] = column;
@@ -328,7 +330,7 @@ fn tell_shared(
     Some((common, null, svd.values.select_rows(&dropped).iter().copied().collect()))
 }
 
-/// Matrices of one width below each other.
+/// Stacks matrices of the same width on top of each other.
 fn stacked(matrices: &[&DMatrix<f64>]) -> DMatrix<f64> {
     let rows: Vec<_> = matrices.iter().flat_map(|matrix| matrix.row_iter()).collect();
     if rows.is_empty() {
@@ -346,21 +348,21 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// What makes some parameters unknown.
+    /// What makes some parameters undetermined.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Defect {
         None,
-        /// A column of zeros, of a block's own and of a shared parameter.
+        /// A column of zeros, for a block's own parameter and for a shared one.
         Zeros,
-        /// Two columns of a block alike.
+        /// Two equal columns of a block.
         Twins,
-        /// A shared column that each block's own ones make up.
+        /// A shared column that is a combination of each block's own columns.
         Covered,
-        /// Two shared columns alike but for what the own ones make up.
+        /// Two shared columns that differ only by a combination of the own columns.
         SharedTwins,
-        /// A parameter that no block knows.
+        /// A parameter that no block involves.
         Orphan,
-        /// Of each kind that can be had together.
+        /// One of each kind that can occur together.
         Several,
     }
 
@@ -374,8 +376,8 @@ mod tests {
         Defect::Several,
     ];
 
-    /// Blocks of 6 rows with 3 parameters of their own each, then shared ones, then perhaps one that nothing knows. Some
-    /// blocks do not know the first shared one.
+    /// Blocks of 6 rows with 3 parameters of their own each, followed by the shared parameters and possibly one that
+    /// no block involves. Some blocks do not involve the first shared one.
     fn random(blocks: usize, shared: usize, defect: Defect, rng: &mut Pcg64Mcg) -> (Linearisation, usize) {
         let first = 3 * blocks;
         let has = |kind: Defect| defect == kind || defect == Defect::Several;
@@ -423,13 +425,14 @@ mod tests {
         assert!(apart < tolerance * expected.amax().max(1.0), "{label}: {apart:e} of {:e}", expected.amax());
     }
 
-    /// How many directions of `random` parameters are not determined, by singular values of the whole.
+    /// The rank of the whole matrix, by its singular values.
     fn rank(design: &DMatrix<f64>) -> usize {
         let values = Svd::new(design.clone()).values;
         values.iter().filter(|value| **value > RANK_TOLERANCE * values.max()).count()
     }
 
-    /// The conditions of Moore and Penrose, which one matrix alone meets, and what else follows from the whole.
+    /// The conditions of Moore and Penrose, which only one matrix meets, and other properties that follow from the
+    /// whole matrix.
     #[test]
     fn as_the_whole_would_be() {
         let mut rng = Pcg64Mcg::seed_from_u64(1);
@@ -439,7 +442,8 @@ mod tests {
                 for held in [0, 1, 2] {
                     let (model, n) = random(blocks, shared, defect, &mut rng);
                     let (scatter, _) = random(blocks, shared, Defect::None, &mut rng);
-                    // Parameters that are held take no part: none, some, or all of a block's and some shared ones.
+                    // Parameters that are held take no part: none, some, or all of a block's and some of the shared
+                    // ones.
                     let kept = |k: &usize| match held {
                         0 => true,
                         1 => k % 4 != 1,

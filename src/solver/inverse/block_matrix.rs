@@ -1,17 +1,17 @@
-//! Symmetric matrices over all parameters that take space and time in proportion to their number.
+//! Symmetric matrices over all parameters that take memory and time proportional to the number of parameters.
 
 use nalgebra::{DMatrix, DVector};
 
-/// A symmetric matrix of blocks on the diagonal and a product of a few columns: B + L R^T.
+/// A symmetric matrix B + L R^T: diagonal blocks plus a product of matrices with few columns.
 ///
-/// Covariances of parameters that belong to channels and a few shared ones have this form: what a channel's
-/// own parameters have in common with others, they have by way of the shared ones.
+/// The covariances of parameters have this form if the parameters belong to channels, apart from a few shared ones:
+/// the parameters of a channel are correlated with others only through the shared ones.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockMatrix {
-    /// The block that each row belongs to and its place there; `None` for a row of the product alone.
+    /// The block that each row belongs to and its index there; `None` for a row that only the product has.
     places: Vec<Option<(usize, usize)>>,
     blocks: Vec<DMatrix<f64>>,
-    /// L^T and R^T, with a column per row of the matrix; L R^T is symmetric.
+    /// L^T and R^T, with one column per row of the matrix; L R^T is symmetric.
     left: DMatrix<f64>,
     right: DMatrix<f64>,
 }
@@ -28,7 +28,7 @@ impl BlockMatrix {
         Self { places, blocks, left, right }
     }
 
-    /// The inner products of columns.
+    /// The matrix of the inner products of columns.
     pub(crate) fn products(columns: DMatrix<f64>) -> Self {
         Self::new(vec![None; columns.ncols()], Vec::new(), columns.clone(), columns)
     }
@@ -38,7 +38,7 @@ impl BlockMatrix {
         self.places.len()
     }
 
-    /// A block on the diagonal, without its part of the product.
+    /// A diagonal block, without the part that the product contributes.
     pub(crate) fn block(&self, index: usize) -> &DMatrix<f64> {
         &self.blocks[index]
     }
@@ -60,7 +60,7 @@ impl BlockMatrix {
         entry
     }
 
-    /// d^T M d of a vector that is zero but for some entries, each at its own place.
+    /// d^T M d for a vector d given by its nonzero entries, each with its index.
     pub(crate) fn square(&self, d: &[(usize, f64)]) -> f64 {
         let with_all = |(i, x): &(usize, f64)| {
             let with = |(j, y): &(usize, f64)| x * y * self.entry(*i, *j);
@@ -87,7 +87,7 @@ impl BlockMatrix {
         result
     }
 
-    /// Each entry times the units of its row and of its column.
+    /// Multiplies each entry by the units of its row and of its column.
     pub(crate) fn in_units(mut self, units: &DVector<f64>) -> Self {
         assert_eq!(units.len(), self.len(), "a unit per row");
         for factor in [&mut self.left, &mut self.right] {
@@ -102,7 +102,7 @@ impl BlockMatrix {
         self
     }
 
-    /// All entries.
+    /// All entries as a dense matrix.
     pub(crate) fn dense(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.len(), self.len(), |i, j| self.entry(i, j))
     }

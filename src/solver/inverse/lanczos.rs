@@ -1,38 +1,40 @@
-//! The largest eigenvalue of a symmetric matrix that is only known by what it does to a vector.
+//! The largest eigenvalue of a symmetric matrix that is only given by its product with a vector.
 
 use crate::math::count;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// The residual of an eigenvector, relative to its eigenvalue; the error of the eigenvalue is of the order of its square.
+/// Largest residual of the eigenvector, relative to its eigenvalue. The error of the eigenvalue is about the square of
+/// this.
 const TOLERANCE: f64 = 1e-9;
-/// Most steps. Where the largest eigenvalues lie closer than that many steps tell apart, the one found is off by less
-/// than the distance between them.
+/// Largest number of steps. If the largest eigenvalues are too close to be separated in this many steps, the one found
+/// is off by less than the distance between them.
 const STEPS: usize = 128;
-/// Far more than the eigenvalues of a small matrix take.
+/// Limit on the iterations for the eigenvalues of the small matrix, far more than they take.
 const EIGEN_ITERATIONS: usize = 10_000;
 
-/// The largest eigenvalue of a positive semidefinite matrix with `n` rows, and its vector of unit length.
+/// The largest eigenvalue of a positive semidefinite matrix with `n` rows, and its unit eigenvector.
 ///
-/// By Lanczos' method with every vector kept orthogonal to all before, from a start that is always the same (Golub and
-/// Van Loan 2013, 10.1 and 10.3). With fewer rows than steps it ends with all eigenvalues exact to rounding. None if
-/// `apply` yields no finite numbers, or without rows.
+/// Uses Lanczos' method with every vector kept orthogonal to all previous ones, always from the same start (Golub and
+/// Van Loan 2013, 10.1 and 10.3). If there are fewer rows than steps, all eigenvalues are exact to rounding at the
+/// end. `None` if `apply` returns numbers that are not finite, or if there are no rows.
 pub(super) fn largest_eigenpair(
     n: usize,
     apply: impl Fn(&DVector<f64>) -> DVector<f64>,
 ) -> Option<(f64, DVector<f64>)> {
-    /// Its multiples are spread over 0..1 without a pattern, so that no symmetry of the matrix hides a vector.
+    /// The golden ratio less 1. Its multiples modulo 1 are spread without a pattern, so that no symmetry of the matrix
+    /// hides a vector.
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let start = DVector::from_fn(n, |i, _| 0.5 + (count(i + 1) * GOLDEN).fract());
     let mut next = start.try_normalize(0.0)?;
     let mut basis: Vec<DVector<f64>> = Vec::new();
-    // The matrix in the basis is tridiagonal.
+    // In this basis the matrix is tridiagonal.
     let (mut diagonal, mut beside): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut look = 4;
     loop {
         let mut image = apply(&next);
         diagonal.push(image.dot(&next));
         basis.push(next);
-        // Twice: the first time leaves rounding errors of the size of what it takes away.
+        // Done twice, because the first pass leaves rounding errors as large as those of what it subtracts.
         for _ in 0..2 {
             for vector in &basis {
                 image.axpy(-vector.dot(&image), vector, 1.0);
@@ -62,8 +64,8 @@ pub(super) fn largest_eigenpair(
     }
 }
 
-/// The largest eigenvalue and its vector of a symmetric matrix with a `diagonal`, entries `beside` it, and zeros. `None` if
-/// it holds what is no finite number.
+/// The largest eigenvalue, with its vector, of a symmetric tridiagonal matrix with this `diagonal` and the entries
+/// `beside` it. `None` if an entry is not finite.
 fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> Option<(f64, DVector<f64>)> {
     let n = diagonal.len();
     assert_eq!(beside.len() + 1, n, "entries beside the diagonal");
@@ -84,7 +86,8 @@ mod tests {
 
     #[test]
     fn eigenvalues_of_the_second_difference() {
-        // 2 - 2 cos(pi k/(n + 1)), vectors sin(pi k i/(n + 1)), in any textbook; the largest lie close together.
+        // Eigenvalues 2 - 2 cos(pi k/(n + 1)) and vectors sin(pi k i/(n + 1)), from any textbook; the largest lie
+        // close together.
         for n in [1, 2, 3, 10, 100] {
             let entry = |i: usize, j: usize| match i.abs_diff(j) {
                 0 => 2.0,
@@ -102,7 +105,7 @@ mod tests {
 
     #[test]
     fn many_eigenvalues_close_together() {
-        // 900 of them, evenly over 1..1.1, and one apart.
+        // 900 eigenvalues spread evenly over 1..1.1, and one apart from them.
         let spread = |top: f64| {
             let diagonal =
                 DVector::from_fn(900, |i, _| if i == 450 { top } else { 1.0 + 0.1 * count(i) / 900.0 });

@@ -1,4 +1,4 @@
-//! The inverse of J^T J at the minimum, and which directions the rows do not determine.
+//! The inverse of J^T J at the minimum, and the directions that the rows do not determine.
 
 pub(crate) mod arrow;
 pub(crate) mod block_matrix;

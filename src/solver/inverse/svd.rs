@@ -1,17 +1,18 @@
 //! The singular value decomposition of small matrices.
 //!
-//! That of nalgebra 0.35 multiplies out to something else now and then: of random matrices with two columns that are
-//! alike, one in four comes back off by more than rounding, up to its own size (nalgebra issue 1172). Which parameters
-//! the data do not determine hangs on such matrices, and where a sequence of nearly parallel steps ends.
+//! nalgebra 0.35's own decomposition is sometimes wrong: for one in four random matrices with two equal columns, the
+//! product of its factors differs from the matrix by more than rounding, by up to its own size (nalgebra issue 1172).
+//! Such matrices decide which parameters the data do not determine, and where a sequence of nearly parallel steps
+//! ends.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Sweeps over all pairs of columns; ten are rarely needed.
+/// Largest number of sweeps over all pairs of columns; ten are rarely needed.
 const SWEEPS: usize = 60;
 
-/// A matrix as the sum of its singular values times a left and a right vector each, as many as it has columns.
+/// A matrix as a sum of terms, one per column, each a singular value times a left and a right vector.
 pub(crate) struct Svd {
-    /// The left vectors as columns, of unit length where the singular value is not 0.
+    /// The left vectors as columns, of unit length if the singular value is not 0.
     pub(super) left: DMatrix<f64>,
     pub(super) values: DVector<f64>,
     /// The right vectors as columns.
@@ -19,9 +20,10 @@ pub(crate) struct Svd {
 }
 
 impl Svd {
-    /// By Jacobi's method on pairs of columns (Hestenes 1958; Golub and Van Loan 2013, 8.6.3), which yields small
-    /// singular values as precisely as the columns determine them. The values are in no order. The work grows with
-    /// the square of the number of columns: a tall matrix is better reduced to a triangle first.
+    /// Decomposes a matrix by Jacobi's method on pairs of columns (Hestenes 1958; Golub and Van Loan 2013, 8.6.3),
+    /// which finds small singular values as precisely as the columns determine them. The values are not ordered. The
+    /// work grows with the square of the number of columns, and it is better to reduce a tall matrix to a triangle
+    /// first.
     pub(crate) fn new(matrix: DMatrix<f64>) -> Self {
         let n = matrix.ncols();
         let (mut left, mut right) = (matrix, DMatrix::identity(n, n));
@@ -49,19 +51,19 @@ impl Svd {
         Self { left, values, right }
     }
 
-    /// The shortest x for which |M x - b| is least; directions with a singular value up to `least` take no part.
+    /// The shortest x that minimises |M x - b|, ignoring directions whose singular value is at most `least`.
     pub(crate) fn solve(&self, b: &DVector<f64>, least: f64) -> DVector<f64> {
         assert_eq!(b.len(), self.left.nrows(), "entries of the right-hand side");
         let (kept, _) = self.split(least);
         self.half_inverse(&kept) * self.left.select_columns(&kept).tr_mul(b)
     }
 
-    /// Which singular values exceed `least`, and which do not.
+    /// The indices of the singular values above `least`, and those of the others.
     pub(super) fn split(&self, least: f64) -> (Vec<usize>, Vec<usize>) {
         (0..self.values.len()).partition(|k| self.values[*k] > least)
     }
 
-    /// The right vectors of `kept`, each over its singular value.
+    /// The right vectors of `kept`, each divided by its singular value.
     pub(super) fn half_inverse(&self, kept: &[usize]) -> DMatrix<f64> {
         let mut half = self.right.select_columns(kept);
         for (mut column, value) in half.column_iter_mut().zip(self.values.select_rows(kept).iter()) {
@@ -71,7 +73,7 @@ impl Svd {
     }
 }
 
-/// Cosine and sine of the rotation that makes two columns orthogonal; none if they are, to rounding.
+/// Cosine and sine of the rotation that makes two columns orthogonal; `None` if they are orthogonal to rounding.
 fn turn(matrix: &DMatrix<f64>, p: usize, q: usize) -> Option<(f64, f64)> {
     let (a, b) = (matrix.column(p), matrix.column(q));
     let (a_a, b_b, a_b) = (a.norm_squared(), b.norm_squared(), a.dot(&b));
@@ -86,7 +88,7 @@ fn turn(matrix: &DMatrix<f64>, p: usize, q: usize) -> Option<(f64, f64)> {
     Some((cosine, cosine * tangent))
 }
 
-/// (a, b) to (c a - s b, s a + c b).
+/// Replaces columns (a, b) by (c a - s b, s a + c b).
 fn rotate(matrix: &mut DMatrix<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
     let (a, b) = (matrix.column(p).into_owned(), matrix.column(q).into_owned());
     matrix.set_column(p, &(&a * cosine - &b * sine));
@@ -101,7 +103,7 @@ mod tests {
 
     #[test]
     fn solutions_are_the_shortest_that_fit_best() {
-        // Twice the same column shares what one of them would take; of 1, 2, 3 the mean fits best.
+        // Two equal columns share equally what one of them alone would take; the mean fits 1, 2, 3 best.
         let twins = DMatrix::from_element(3, 2, 1.0);
         let x = Svd::new(twins).solve(&DVector::from_vec(vec![1.0, 2.0, 3.0]), 1e-8);
         assert!((x - DVector::from_element(2, 1.0)).norm() < 1e-14);
@@ -115,7 +117,7 @@ mod tests {
     fn multiplies_out() {
         let mut rng = Pcg64Mcg::seed_from_u64(1);
         for n in [0, 1, 2, 3, 4, 7, 20] {
-            // More rows than columns, as many, and fewer.
+            // More rows than columns, as many rows as columns, and fewer.
             for height in [n + 3, n, n / 2] {
                 for defect in 0..4 {
                     for _ in 0..50 {

@@ -17,14 +17,14 @@ pub struct BadRecord {
 }
 
 impl BadRecord {
-    /// The error for the file that the line stands in.
+    /// The error for the file that contains the line.
     #[must_use]
     pub fn in_file(self, path: &Path) -> Error {
         Error::malformed(path, self.place, "comma-separated fields", self.found)
     }
 }
 
-/// The records of a CSV text with their lines; `#` comments and blank lines are left out, fields trimmed.
+/// The records of a CSV text, with their lines. `#` comments and blank lines are skipped, and fields are trimmed.
 pub fn records(text: &str) -> impl Iterator<Item = Result<(Place, StringRecord), BadRecord>> {
     let mut lines = Lines { byte: 0, line: 1 };
     csv::ReaderBuilder::new()
@@ -45,16 +45,16 @@ pub fn records(text: &str) -> impl Iterator<Item = Result<(Place, StringRecord),
                 }
             }
         })
-        // A line of nothing but white space is not a record.
+        // A line of white space only is not a record.
         .filter(|r| !matches!(r, Ok((_, fields)) if fields.len() == 1 && fields.get(0) == Some("")))
 }
 
-/// Counts lines. The reader's own count stands before the blank lines and comments that it skips, and before the
+/// Counts lines. The reader's own count is taken before the blank lines and comments that it skips, and before the
 /// second half of a CRLF.
 struct Lines {
-    /// All before this byte is counted.
+    /// Everything before this byte has been counted.
     byte: usize,
-    /// The line that it is in, from 1.
+    /// The line that this byte is in, from 1.
     line: u64,
 }
 
@@ -74,8 +74,8 @@ impl Lines {
             };
         }
         let passed = bytes.get(self.byte..at).unwrap_or_default();
-        // A line ends with LF, CR LF or CR alone. LF after CR is the same end, also where the last record ended between
-        // them.
+        // A line ends with LF, CR LF or CR alone. LF after CR belongs to the same line end, even if the last record
+        // ended between them.
         let before = self.byte.checked_sub(1).and_then(|byte| bytes.get(byte)).copied();
         let mut previous = before.unwrap_or_default();
         for byte in passed {
@@ -87,21 +87,22 @@ impl Lines {
     }
 }
 
-/// Which column holds what.
+/// The contents of each column.
 #[derive(Clone, Debug)]
 pub struct Columns {
-    /// Of the four angles.
+    /// The columns of the four angles.
     pub angles: [usize; 4],
     /// The channels, in the order of their columns.
     pub channels: Vec<Channel>,
-    /// Of each channel's values.
+    /// The column of each channel's values.
     pub values: Vec<usize>,
-    /// Of each channel's standard deviations: `sigma_<channel>`, or else `sigma`.
+    /// The column of each channel's standard deviations: `sigma_<channel>`, or else `sigma`; `None` if there is
+    /// neither.
     pub sigma: Vec<Option<usize>>,
 }
 
 impl Columns {
-    /// Reads a header.
+    /// Parses a header.
     ///
     /// # Errors
     /// What was expected and what was found.
@@ -112,7 +113,7 @@ impl Columns {
             values: Vec::new(),
             sigma: Vec::new(),
         };
-        // Sets, because a header may be as wide as a file is long.
+        // These are sets, because a header may be as wide as a file is long.
         let (mut seen, mut channels) = (HashSet::new(), HashSet::new());
         let mut sigma_of_all = None;
         let mut sigma_of = HashMap::new();
@@ -132,7 +133,7 @@ impl Columns {
             if name == "sigma" {
                 sigma_of_all = Some(index);
             } else if let Some(channel) = name.strip_prefix("sigma_") {
-                // Of several spellings of one wavelength the first counts.
+                // If one wavelength is spelled in several ways, the first one counts.
                 sigma_of.entry(Channel::named(channel).name).or_insert(index);
             } else {
                 let channel = Channel::named(name);
@@ -146,7 +147,7 @@ impl Columns {
         if columns.channels.is_empty() {
             return Err(("a column of values beside the angles".to_owned(), listed(header)));
         }
-        // The first in the header, so that the message does not depend on the order of a table of hashes.
+        // The first in the header, so that the message does not depend on the order of a hash table.
         let stray =
             sigma_of.iter().filter(|(name, _)| !channels.contains(*name)).min_by_key(|(_, index)| **index);
         if let Some((name, _)) = stray {
@@ -158,7 +159,7 @@ impl Columns {
         Ok(columns)
     }
 
-    /// Finds the four angles in a header that may hold anything else.
+    /// Finds the four angles in a header that may contain anything else.
     ///
     /// # Errors
     /// What was expected and what was found.
@@ -174,7 +175,7 @@ impl Columns {
     }
 }
 
-/// The names in a header, as found.
+/// The names in a header, for a message.
 fn listed(header: &StringRecord) -> String {
     let names: Vec<&str> = header.iter().collect();
     excerpt(&names.join(","))
@@ -191,7 +192,7 @@ mod tests {
         for text in [text.to_owned(), text.replace('\n', "\r\n")] {
             assert_eq!(lines(&text), [3, 4, 8, 10].map(Place::Line), "{text:?}");
         }
-        // Comments end with LF only.
+        // The CSV reader ends comments only at LF.
         assert_eq!(lines("a,b\r\r1,2\r\"3\r3\",4\r5,6"), [1, 3, 4, 6].map(Place::Line));
     }
 }

@@ -1,4 +1,5 @@
-//! This project's own CSV: its reader, its writer, and the columns that both know; documented in docs/use/formats.md.
+//! This project's own CSV format: its reader, its writer, and the columns that both use. docs/use/formats.md documents
+//! it.
 //!
 //! `#` comments; a header naming the columns, in any order: `theta_i, phi_i, theta_o, phi_o` in degrees,
 //! one column per channel named freely, and optionally `sigma` (for all channels) or `sigma_<channel>`.

@@ -10,7 +10,7 @@ use crate::measurement::{Doubt, Measurement, Source};
 use csv::StringRecord;
 use std::collections::BTreeMap;
 
-/// The format's line in the registry.
+/// The format's entry in the registry.
 pub const FORMAT: Format = Format {
     name: "csv",
     summary: "CSV with a header theta_i,phi_i,theta_o,phi_o,<channel>...",
@@ -37,7 +37,7 @@ fn sniff(file: &File<'_>) -> Confidence {
     }
 }
 
-/// Reads the header with `parse`, then hands every record to `row`.
+/// Reads the header with `parse`, then passes every record to `row`.
 fn for_each_record<C>(
     file: &File<'_>,
     text: &str,
@@ -61,7 +61,7 @@ fn for_each_record<C>(
     Ok(columns)
 }
 
-/// A finite number in a column.
+/// A finite number from a column.
 fn number(
     file: &File<'_>,
     place: Place,
@@ -72,7 +72,7 @@ fn number(
     finite(file, place, what, fields.get(column).unwrap_or_default())
 }
 
-/// The pair of directions in a record.
+/// The pair of directions of a record.
 fn pair(file: &File<'_>, place: Place, fields: &StringRecord, columns: &[usize; 4]) -> Result<Pair, Error> {
     let mut angles = [0.0; 4];
     for ((angle, &column), name) in angles.iter_mut().zip(columns).zip(ANGLES) {
@@ -83,7 +83,7 @@ fn pair(file: &File<'_>, place: Place, fields: &StringRecord, columns: &[usize; 
     Ok(Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) })
 }
 
-/// The directions alone; other columns may hold anything.
+/// Reads only the directions; other columns may contain anything.
 fn directions(file: &mut File<'_>) -> Result<Vec<Pair>, Error> {
     let text = file.text()?;
     let file = &*file;
@@ -143,7 +143,7 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
     })
 }
 
-/// Angles in radians read as degrees look like a measurement within two degrees of the normal.
+/// Angles in radians, if read as degrees, look like a measurement within two degrees of the normal.
 fn doubts(directions: &Directions) -> Vec<Doubt> {
     let right_angle = std::f64::consts::FRAC_PI_2.to_radians();
     let steepest = directions.iter().map(|g| g.sin2_i().max(g.sin2_o()).sqrt().asin()).fold(0.0, f64::max);

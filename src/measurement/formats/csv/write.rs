@@ -6,14 +6,14 @@ use crate::geometry::{Geometry, spherical_degrees};
 use crate::measurement::Measurement;
 use std::fmt::Write as _;
 
-/// The measurement as CSV in this project's own format, with `comments` in its head.
+/// Writes the measurement as CSV in this project's own format, with `comments` at the beginning.
 ///
 /// # Errors
-/// [`Error::Invalid`] if a value is not finite, or if the channels are called what no header can say.
+/// [`Error::Invalid`] if a value is not finite, or if a header cannot express the names of the channels.
 pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, Error> {
     let mut text = String::new();
     for comment in comments {
-        // A comment ends with its line.
+        // A comment ends at the end of its line.
         let _ = writeln!(text, "# {}", comment.replace(char::is_control, " "));
     }
     let header = header(measurement);
@@ -35,7 +35,7 @@ pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, E
     Ok(text)
 }
 
-/// The names of the columns, quoted where they need it.
+/// The header with the names of the columns, quoted if necessary.
 fn header(measurement: &Measurement) -> String {
     let mut columns: Vec<String> = ANGLES.map(str::to_owned).into();
     columns.extend(measurement.channels.iter().map(|channel| channel.name.clone()));
@@ -50,8 +50,8 @@ fn header(measurement: &Measurement) -> String {
     columns.iter().map(quoted).collect::<Vec<_>>().join(",")
 }
 
-/// Whether a header says what the channels are: a channel may be called `sigma`, or end in a blank, by a user who
-/// makes it up.
+/// Checks that a header can express the names of the channels. A user who makes up names may call a channel `sigma`,
+/// or end its name in a blank.
 fn check_header(header: &str, measurement: &Measurement) -> Result<(), Error> {
     let wanted = || measurement.channels.iter().map(|channel| &channel.name);
     let read = records(header).next().and_then(Result::ok).and_then(|(_, names)| Columns::parse(&names).ok());
@@ -59,7 +59,7 @@ fn check_header(header: &str, measurement: &Measurement) -> Result<(), Error> {
         return Ok(());
     }
     let names: Vec<&str> = wanted().map(String::as_str).collect();
-    let expected = "names that differ and that a header of CSV can hold";
+    let expected = "different names that a CSV header can contain";
     Err(Error::invalid("channels", expected, excerpt(&names.join(", "))))
 }
 
