@@ -68,7 +68,7 @@ fn check_reads_reports() {
     let run = folder.brdfit("check several.json");
     assert!(
         run.stderr
-            .starts_with("warning: several.json: 2 reports, checked is the first of the ranking: good.csv, ")
+            .starts_with("warning: several.json: 2 reports; only the first, the best of the ranking, is checked: good.csv, ")
     );
     // A model that a report calls fitted, but that breaks physics.
     let mut report = parse(&folder.read("several.json"))["reports"][0].clone();
