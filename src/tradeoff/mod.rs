@@ -396,7 +396,7 @@ impl Comparison<'_> {
     }
 }
 
-/// Draws [`COMPARED`] pairs of directions of the samples.
+/// Draws up to [`COMPARED`] pairs of directions of the samples.
 fn pairs(samples: &Samples, seed: u64) -> Vec<Pair> {
     let part = Draws::new(samples).part(COMPARED, seed);
     let pair = |w: [f64; 3]| DVec3::from_array(w);
