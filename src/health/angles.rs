@@ -12,7 +12,7 @@ pub(super) fn angles(pair: &Pair) -> Angles {
     [theta_i, phi_i, theta_o, phi_o]
 }
 
-/// Angles as text, separated by spaces and without needless digits.
+/// Angles as text, separated by commas and rounded to four decimals.
 pub(super) fn written(angles: &[f64]) -> String {
     let round = |angle: &f64| (angle * 1e4).round() / 1e4;
     let texts: Vec<String> = angles.iter().map(|angle| format!("{}", round(angle) + 0.0)).collect();
