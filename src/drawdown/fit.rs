@@ -382,7 +382,10 @@ fn remarks(problem: &Problem<'_>, converged: bool, certainty: &Certainty, has_er
             "the reflectances do not separate K from S: measure over backings that differ more, or at another thickness",
         );
     } else if certainty.is_opaque && problem.unit.is_some() {
-        remark("opaque", "the backing does not show through, so only K/S is determined: measure a thinner film");
+        remark(
+            "opaque",
+            "the backing does not show through, so only K/S is determined: measure a thinner film",
+        );
     }
     if determined && (certainty.at_k || certainty.at_s) {
         let which = if certainty.at_k { "K" } else { "S" };

@@ -190,7 +190,10 @@ fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>) -> Vec<Findi
             add(
                 "negative",
                 false,
-                format!("{} values are below 0 within the noise, the lowest is {:.4e} 1/sr", n.values, n.least),
+                format!(
+                    "{} values are below 0 within the noise, the lowest is {:.4e} 1/sr",
+                    n.values, n.least
+                ),
             );
         }
         let most = channel

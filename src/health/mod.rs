@@ -187,9 +187,7 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
                 add(
                     "gains-energy",
                     true,
-                    format!(
-                        "the albedo at theta_i = {theta} deg is {value:.6} +/- {error:.1e}, above 1"
-                    ),
+                    format!("the albedo at theta_i = {theta} deg is {value:.6} +/- {error:.1e}, above 1"),
                 );
             } else if value + error > 1.0 + ALBEDO_SLACK && error > ALBEDO_SLACK {
                 add(

@@ -133,7 +133,10 @@ fn map(bytes: &[u8], path: &Path) -> Result<Map, Error> {
     };
     let headers = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(refused)?.headers;
     let Some(header) = headers.first().filter(|header| headers.len() == 1 && !header.deep) else {
-        return Err(wrong("one layer of plain pixels".to_owned(), "several layers, or deep pixels".to_owned()));
+        return Err(wrong(
+            "one layer of plain pixels".to_owned(),
+            "several layers, or deep pixels".to_owned(),
+        ));
     };
     let (width, height) = (header.layer_size.width(), header.layer_size.height());
     if width.saturating_mul(height) > MOST_PIXELS {

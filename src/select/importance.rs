@@ -50,7 +50,11 @@ impl Importance {
     /// so the bound W sum(w d^2) on the pixel's squared error is used, with W = sum w (Cauchy and Schwarz). Fits compare
     /// x = f cos(theta_i), so a pair counts W w/cos(theta_i)^2.
     pub(super) fn draw(&self, view: &View, known: &[bool], wanted: usize) -> Option<Vec<usize>> {
-        assert_eq!(self.light.len(), view.samples.len(), "the view is the one that the importance was computed for");
+        assert_eq!(
+            self.light.len(),
+            view.samples.len(),
+            "the view is the one that the importance was computed for"
+        );
         assert_eq!(known.len(), view.samples.len(), "one entry of `known` per pair of the view");
         let mut sum = 0.0;
         let seen = view.samples.iter().zip(&self.light).zip(known);
