@@ -1,16 +1,16 @@
-//! Everything that the program prints.
+//! Printing messages, reports and tables.
 
 use brdfit::Error;
 use brdfit::error::OptionName;
 use brdfit::report::{Report, SuggestionRecord, WarningRecord, table};
 use std::io::Write as _;
 
-/// The message of an error, in which options are called as they are typed.
+/// The message of an error, with options spelled as on the command line.
 pub fn message(error: &Error) -> String {
     error.message(typed)
 }
 
-/// An option as it is typed.
+/// An option as it is typed, such as `--hold-out`.
 pub fn typed(option: OptionName) -> String {
     format!("--{option}")
 }
@@ -20,14 +20,14 @@ pub fn complain(message: &str) {
     remark(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)));
 }
 
-/// One line on standard error.
+/// Prints one line on standard error.
 pub fn remark(message: &str) {
-    // Where standard error is closed there is nobody to tell.
+    // If standard error is closed, the message is lost.
     let _ = writeln!(std::io::stderr(), "{}", message.replace(['\n', '\r'], " "));
 }
 
-/// Shows a report: the table, and the warnings on standard error, which say whose they are if there are
-/// several reports.
+/// Prints a report: the table, and the warnings on standard error. With `one_of_several` reports each warning names
+/// its input and model.
 pub fn show(report: &Report, as_table: bool, quiet: bool, one_of_several: bool) -> Result<(), Error> {
     if quiet {
         return Ok(());
@@ -43,7 +43,7 @@ pub fn show(report: &Report, as_table: bool, quiet: bool, one_of_several: bool) 
     Ok(())
 }
 
-/// The options that a warning suggests, as they are typed: ` (--fix cook-torrance.m=V)`.
+/// The options that a warning suggests, as they are typed, such as ` (--fix cook-torrance.m=V)`.
 fn hint(warning: &WarningRecord) -> String {
     let option = |SuggestionRecord { option, value }: &SuggestionRecord| {
         let option = option.known().map_or_else(|| option.to_string(), typed);

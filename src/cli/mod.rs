@@ -23,7 +23,7 @@ struct Arguments {
     command: Command,
 }
 
-/// Runs the command line; every message of the program is printed here or in a subcommand's own table.
+/// Runs the program. Errors that end it are printed here.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -38,7 +38,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
         Err(help) => {
-            // Help and version, asked for; a closed pipe is nobody's error.
+            // The user requested help or the version; a closed pipe is not an error.
             let _ = write!(std::io::stdout(), "{help}");
             return ExitCode::SUCCESS;
         }

@@ -1,19 +1,19 @@
-//! What a subcommand ends with, and the exit codes.
+//! The result of a subcommand, and the exit codes.
 
 use std::process::ExitCode;
 
-/// Exit code of a fit that is not usable, of several inputs some of which failed, or of what breaks physics.
+/// Exit code if a fit is not usable, if some of several inputs failed, or if what was checked breaks physics.
 const NOT_USABLE: u8 = 1;
-/// Exit code of bad usage or bad input.
+/// Exit code for bad usage or bad input.
 pub const BAD_INPUT: u8 = 2;
 
-/// What a subcommand ends with.
+/// The result of a subcommand that ran without an error of its own.
 pub enum Outcome {
-    /// All is well.
+    /// Everything succeeded.
     Good,
-    /// A fit is not usable, some inputs of several failed, or what was checked breaks physics.
+    /// A fit is not usable, some of several inputs failed, or what was checked breaks physics.
     NotUsable,
-    /// Every input of several failed; each has had its line.
+    /// All of several inputs failed; their errors have been printed.
     NothingDone,
 }
 

@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all.
+//! Output files, which are written completely or not at all.
 
 use brdfit::Error;
 use brdfit::error::Place;
@@ -7,10 +7,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// A file to be written: opened before the long work, so that a path that cannot be written shows at
-/// once; put in place after it.
+/// A file to be written. It is opened before the long work, so that a path that cannot be written is reported at
+/// once, and put in place after it.
 pub enum Output {
-    /// A regular file, by way of a temporary one beside it.
+    /// A regular file, written to a temporary file beside it that then replaces it.
     Whole(NamedTempFile, PathBuf),
     /// A device or a pipe, which cannot be replaced.
     Direct(File, PathBuf),
@@ -36,7 +36,7 @@ impl Output {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt as _;
-            // Like any new file; the user's mask takes its share.
+            // The permissions of any new file; the user's umask still applies.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let temporary = builder.tempfile_in(folder).map_err(Error::write(path))?;
@@ -48,7 +48,7 @@ impl Output {
         match self {
             Self::Direct(mut file, path) => {
                 match file.write_all(bytes).and_then(|()| file.flush()) {
-                    // A reader that has heard enough is nobody's error.
+                    // A reader that closes the pipe early is not an error.
                     Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                         Err(Error::write(&path)(error))
                     }
@@ -64,17 +64,17 @@ impl Output {
     }
 }
 
-/// Refuses an output that would replace one of the `inputs`; `option` asked for it.
+/// Fails if `output` would replace one of the `inputs`. The error names `option`, which set the output.
 pub fn spares(inputs: &[PathBuf], option: &str, output: Option<&Path>) -> Result<(), Error> {
     let output = output.and_then(|path| path.canonicalize().ok()).filter(|path| path.is_file());
     let same = |input: &&PathBuf| output.is_some() && input.canonicalize().ok() == output;
     inputs.iter().find(same).map_or(Ok(()), |input| {
         let subject = format!("{option} {}", input.display());
-        Err(Error::invalid(subject, "another file than the input", "the input"))
+        Err(Error::invalid(subject, "a file other than the input", "the input"))
     })
 }
 
-/// JSON as it is written to files and to standard output.
+/// The JSON text that is written to files and to standard output.
 pub fn json(value: &impl serde::Serialize) -> Result<String, Error> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|e| Error::Encoding { format: "JSON", reason: e.to_string() })?;

@@ -1,4 +1,4 @@
-//! Progress on standard error, where that is a terminal.
+//! A progress line on standard error, shown if that is a terminal.
 
 use brdfit::progress::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
@@ -8,23 +8,22 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// A line that shows which fit of how many is under way, its stage and cost, and the time left. It goes away
-/// at the end.
+/// A line that shows the number of the current fit, its stage and cost, and the time left. It disappears at the end.
 pub struct Bar {
     bar: ProgressBar,
     now: Arc<Mutex<Now>>,
 }
 
-/// What is under way.
+/// The current state of the command.
 #[derive(Default)]
 struct Now {
-    /// Fits asked for.
+    /// Number of fits in all.
     fits: u32,
-    /// Fits done or given up.
+    /// Number of fits done or given up.
     past: u32,
-    /// Fits done.
+    /// Number of fits done.
     done: u32,
-    /// How long they took, reading included, from the beginning to the end of the last.
+    /// Time from the start of the command to the end of the last fit, reading included.
     took: Duration,
     title: String,
     stage: String,
@@ -40,7 +39,7 @@ impl Now {
         }
     }
 
-    /// The time that the fits still to be done will take, if they take as long as those done.
+    /// Estimated time for the remaining fits, from the mean of those done. `None` if none is done yet.
     fn left(&self, elapsed: Duration) -> Option<Duration> {
         let each = self.took.checked_div(self.done)?;
         let expected = each.saturating_mul(self.fits.saturating_sub(self.past));
@@ -49,7 +48,7 @@ impl Now {
 }
 
 impl Bar {
-    /// A line about this number of fits; hidden if `quiet` or not on a terminal.
+    /// Makes a line for this number of fits, hidden if `quiet` or if standard error is not a terminal.
     pub fn new(fits: usize, quiet: bool) -> Self {
         let shown = !quiet && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -61,7 +60,7 @@ impl Bar {
             bar.set_style(style.with_key("left", move |state: &ProgressState, text: &mut dyn Write| {
                 let now = now.lock().unwrap_or_else(PoisonError::into_inner);
                 if let Some(left) = now.left(state.elapsed()) {
-                    // What cannot be shown is not missed.
+                    // A line that cannot be shown does no harm.
                     let _ = write!(text, ", {} left", rough(left));
                 }
             }));
@@ -72,7 +71,7 @@ impl Bar {
         Self { bar, now }
     }
 
-    /// The next input begins.
+    /// Says that the next input begins.
     pub fn begin(&self, path: &Path) {
         self.change(|now| {
             now.title = path.display().to_string();
@@ -80,7 +79,7 @@ impl Bar {
         });
     }
 
-    /// A fit is done.
+    /// Says that a fit is done.
     pub fn fitted(&self) {
         let elapsed = self.bar.elapsed();
         self.change(|now| {
@@ -90,12 +89,12 @@ impl Bar {
         });
     }
 
-    /// All fits of the inputs so far are done or will not be: `past` in all.
+    /// Says that all fits of the inputs so far are done or given up; `past` is their number.
     pub fn passed(&self, past: usize) {
         self.change(|now| now.past = u32::try_from(past).unwrap_or(u32::MAX));
     }
 
-    /// Takes the line away while `print` prints.
+    /// Hides the line while `print` runs.
     pub fn aside<R>(&self, print: impl FnOnce() -> R) -> R {
         self.bar.suspend(print)
     }
@@ -109,7 +108,7 @@ impl Bar {
         let mut now = self.now.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut now);
         let text = now.text();
-        // Drawing asks for the time left, and so for the lock.
+        // Drawing computes the time left, which needs the lock.
         drop(now);
         self.bar.set_message(text);
     }
@@ -125,7 +124,7 @@ impl Progress for Bar {
     }
 }
 
-/// A time to read at a glance.
+/// A time rounded so that it can be read at a glance.
 fn rough(time: Duration) -> String {
     match time.as_secs() {
         seconds @ 0..100 => format!("{seconds} s"),

@@ -1,19 +1,19 @@
-//! K and S from two reflectances, exactly.
+//! K and S computed exactly from two reflectances.
 
-/// Below this u the series of artanh(sqrt u)/sqrt u is used: its first term left out is below 1e-17.
+/// Below this u the series of artanh(sqrt u)/sqrt u is used; its first omitted term is below 1e-17.
 const SERIES_BELOW: f64 = 0.01;
 
-/// K X and S X of a film that reflects `r` over backgrounds `rg`, the surface's part removed. None where no film does: where
-/// it would have to absorb or scatter less than nothing, or be thicker than infinitely thick.
+/// K X and S X of a film with reflectances `r` over backings of reflectance `rg`, all without the surface. `None` if no
+/// film has these reflectances: it would need negative absorption or scattering, or more than infinite thickness.
 ///
-/// With C = bSX coth(bSX), reflectance over Rg says that (Kubelka 1948)
+/// With C = bSX coth(bSX), the reflectance R over Rg gives (Kubelka 1948)
 ///
 /// ```text
 /// KX (R + Rg) - SX (1 - R)(1 - Rg) + C (R - Rg) = 0
 /// ```
 ///
-/// Two of these determine the direction of (KX, SX, C), by a cross product. Its length follows from
-/// tanh^2(bSX) = KX (KX + 2 SX)/C^2, which does not depend on it. Nothing here divides by S, K or Rg.
+/// Two of these equations determine the direction of the vector (KX, SX, C), by a cross product. Its length follows from
+/// tanh^2(bSX) = KX (KX + 2 SX)/C^2, whose right side depends only on the direction. Nothing here divides by S, K or Rg.
 #[must_use]
 pub fn from_two_backings(r: [f64; 2], rg: [f64; 2]) -> Option<(f64, f64)> {
     let [one, two] = [(r[0], rg[0]), (r[1], rg[1])].map(|(r, rg)| (r + rg, -(1.0 - r) * (1.0 - rg), r - rg));
@@ -48,7 +48,7 @@ mod tests {
                 let film = Film::new(kx, sx);
                 for rg in [[0.0, 1.0], [0.05, 0.85], [0.9, 0.1]] {
                     let r = rg.map(|rg| film.over(rg));
-                    // A film so clear that rounding decides whether K is negative.
+                    // The film is so clear that rounding decides the sign of K.
                     let Some((k, s)) = from_two_backings(r, rg) else {
                         assert!(kx < 1e-12 || sx < 1e-12, "{kx} {sx} {rg:?}");
                         continue;

@@ -1,4 +1,4 @@
-//! K and S of one channel by least squares.
+//! Fits K and S of each channel by least squares.
 
 use super::closed_form::from_two_backings;
 use super::table::{Patch, Series};
@@ -10,36 +10,36 @@ use crate::solver::{LeastSquares, Limits, Linearisation, Termination, Tolerances
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 
-/// A number and how sure it is.
+/// A value with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
-    /// The number.
+    /// The value.
     pub value: f64,
-    /// Its standard error. `None` at a bound, or where there are no more reflectances than unknowns and no
+    /// Its standard error. `None` if the value is at a bound, or if there are no more reflectances than unknowns and no
     /// standard deviations.
     pub std_error: Option<f64>,
 }
 
-/// What one channel tells.
+/// The result for one channel.
 #[derive(Clone, Debug)]
 pub struct Fitted {
     /// Index into the drawdown's series.
     pub series: usize,
-    /// Absorption per thickness. `None` where the reflectances do not determine it.
+    /// Absorption per unit of thickness. `None` if the reflectances do not determine it.
     pub k: Option<Quantity>,
-    /// Scattering per thickness, likewise.
+    /// Scattering per unit of thickness. `None` likewise.
     pub s: Option<Quantity>,
-    /// K/S. `None` where S is 0 too.
+    /// K/S. `None` if the reflectances do not determine it, or if S is 0.
     pub k_over_s: Option<Quantity>,
-    /// Reflectance of an opaque layer of the same paint, without the surface.
+    /// Reflectance of an opaque layer of the same paint, without the surface. `None` likewise.
     pub r_inf: Option<Quantity>,
     /// Number of reflectances.
     pub n: usize,
-    /// Number of reflectances less that of unknowns.
+    /// Degrees of freedom: the number of reflectances minus the number of unknowns.
     pub dof: usize,
     /// Root mean square of the reflectances' residuals.
     pub rms: f64,
-    /// chi^2/dof, where every reflectance has a standard deviation.
+    /// chi^2/dof. `None` unless every reflectance has a standard deviation.
     pub reduced_chi2: Option<f64>,
     /// `closed-form` or `least-squares`.
     pub method: &'static str,
@@ -47,7 +47,7 @@ pub struct Fitted {
     pub reason: &'static str,
     /// Whether the result can be relied on.
     pub usable: bool,
-    /// What to know before relying on it.
+    /// Warnings about the result.
     pub remarks: Vec<Remark>,
 }
 
@@ -94,7 +94,7 @@ impl fmt::Display for Remark {
                 "one reflectance does not determine K and S: measure over a second backing or at a second thickness"
             }
             Self::NotSeparated => {
-                "the reflectances do not tell K from S: measure over backings that differ more, or at another thickness"
+                "the reflectances do not separate K from S: measure over backings that differ more, or at another thickness"
             }
             Self::Opaque => "the backing does not show through: only K/S is determined; measure a thinner film",
             Self::NoAbsorption => {
@@ -111,37 +111,39 @@ impl fmt::Display for Remark {
     }
 }
 
-/// The largest K X and S X that are searched: any more of either is as opaque.
+/// Largest K X and S X in the search: a larger value of either makes the film no more opaque.
 const MOST: f64 = 1e4;
-/// The largest K/S of opaque paint: it reflects 5e-7.
+/// Largest K/S of opaque paint, whose reflectance is then 5e-7.
 const BLACKEST: f64 = 1e6;
-/// Values of S X that the search for a start tries: their number, and the ends between which they are evenly spaced in the
-/// logarithm. Each is followed to its minimum: in films that nearly hide their backing K/S is so much better determined than
-/// their size that the costs at the points of a grid do not tell which size is the best.
+/// Values of S X that the search for a start tries: their number, and the ends between which they are evenly spaced in
+/// the logarithm. Each is followed to its minimum. In films that nearly hide their backing K/S is determined much better
+/// than the size of K X and S X, so the costs at the points of a grid do not show which size is best.
 const SIZES: (u32, f64, f64) = (25, 1e-4, 1e2);
-/// Values of K/S of which the search takes the best for each S X: their number, and the ends, as for [`SIZES`].
+/// Values of K/S, of which the search takes the best for each S X: their number and ends, as in [`SIZES`].
 const RATIOS: (u32, f64, f64) = (61, 1e-6, 1e6);
-/// Iterations for which each start is followed before the best are chosen.
+/// Number of iterations for which each start is followed before the best are chosen.
 const ROUGH_ITERATIONS: u64 = 15;
-/// How many of the best starts are then followed to the end.
+/// Number of the best starts that are then followed to the end.
 const FINALISTS: usize = 3;
-/// A share of the light that comes from the backing below this does not tell thickness from anything.
+/// If a smaller share of the light than this comes from the backing, the film counts as opaque: its thickness has no
+/// measurable effect.
 const OPAQUE: f64 = 1e-10;
 
 /// Fits every channel.
 ///
 /// # Errors
-/// [`Error::Optimiser`] for a defect.
+/// [`Error::Optimiser`] for a defect of this program.
 pub fn fit(drawdown: &Drawdown, surface: Surface) -> Result<Vec<Fitted>, Error> {
     let series = drawdown.series.iter().enumerate();
     series.map(|(index, series)| fit_series(index, series, surface)).collect()
 }
 
-/// The reflectances of one channel as a problem in K X and S X, X a typical thickness; with opaque paint alone in K/S.
+/// The reflectances of one channel as a least-squares problem in K X and S X, with X a typical thickness; in K/S if all
+/// patches are opaque.
 struct Problem<'a> {
     patches: &'a [Patch],
     surface: Surface,
-    /// Typical thickness. `None` where all are infinite.
+    /// Typical thickness. `None` if all are infinite.
     unit: Option<f64>,
     /// Whether every patch has a standard deviation.
     weighted: bool,
@@ -175,7 +177,7 @@ impl<'a> Problem<'a> {
         saunderson(Dual::constant(self.surface.k1), Dual::constant(self.surface.k2), below)
     }
 
-    /// Residuals and their derivatives by K X and S X, divided by the standard deviations if wanted.
+    /// Residuals and their derivatives with respect to K X and S X, divided by the standard deviations if `weighted`.
     fn residuals(&self, kx: f64, sx: f64, weighted: bool) -> Vec<Dual<f64, 2>> {
         let (kx, sx) = (Dual::variable(kx, 0), Dual::variable(sx, 1));
         let residual = |patch: &Patch| {
@@ -186,7 +188,7 @@ impl<'a> Problem<'a> {
     }
 
     fn point(&self, x: &DVector<f64>) -> (f64, f64) {
-        // With opaque paint the one unknown is K/S.
+        // With opaque paint the only unknown is K/S.
         let at = |index: usize| x.get(index).copied();
         (at(0).unwrap_or(f64::NAN), at(1).unwrap_or(1.0))
     }
@@ -213,13 +215,13 @@ impl LeastSquares for Problem<'_> {
     }
 
     fn cost_floor(&self) -> f64 {
-        // Reflectances are numbers up to 1, known to rounding at best.
+        // Reflectances are at most 1 and accurate to rounding at best.
         let of_patch = |p: &Patch| (f64::EPSILON / p.sigma.filter(|_| self.weighted).unwrap_or(1.0)).powi(2);
         self.patches.iter().map(of_patch).sum()
     }
 }
 
-/// A solution before its errors are known.
+/// A solution without its standard errors.
 struct Estimate {
     x: DVector<f64>,
     method: &'static str,
@@ -235,7 +237,7 @@ fn fit_series(index: usize, series: &Series, surface: Surface) -> Result<Fitted,
     Ok(judge(index, &problem, &found))
 }
 
-/// Two reflectances of one thickness over two backings.
+/// The exact solution for two reflectances of one thickness over two backings. `None` in any other case.
 fn closed_form(problem: &Problem<'_>) -> Option<DVector<f64>> {
     let [one, two] = problem.patches else { return None };
     if one.thickness != two.thickness || !one.thickness.is_finite() {
@@ -253,7 +255,7 @@ fn by_least_squares(problem: &Problem<'_>) -> Result<Estimate, Error> {
         1 => vec![None],
         _ => (0..SIZES.0).map(|i| Some(even(SIZES, i))).collect(),
     };
-    // Of each S X the K/S that fits best.
+    // For each S X, the K/S that fits best.
     let start = |size: &Option<f64>| {
         let at = |ratio: &f64| match size {
             Some(sx) => DVector::from_vec(vec![ratio * sx, *sx]),
@@ -284,12 +286,13 @@ fn by_least_squares(problem: &Problem<'_>) -> Result<Estimate, Error> {
     best.map(|(_, found)| found).ok_or_else(|| Error::Optimiser("no start for a drawdown".to_owned()))
 }
 
-/// Value number `i` of `n` that are evenly spaced in the logarithm between two ends.
+/// Value number `i` of `n` values between `low` and `high` that are evenly spaced in the logarithm.
 fn even((n, low, high): (u32, f64, f64), i: u32) -> f64 {
     low * (high / low).powf(f64::from(i) / f64::from(n - 1))
 }
 
-/// Standard deviations of the parameters of `columns`, in units of the residuals' own. `None` where they are not determined.
+/// Standard deviations of parameters with the derivatives `columns`, in units of the residuals' standard deviation. `None`
+/// if the data do not determine them.
 fn spread(columns: &[DVector<f64>]) -> Option<Vec<f64>> {
     let n = columns.len();
     let rows = columns.first()?.len();
@@ -301,7 +304,7 @@ fn spread(columns: &[DVector<f64>]) -> Option<Vec<f64>> {
     spread.iter().all(|s| s.is_finite()).then(|| spread.iter().copied().collect())
 }
 
-/// How well K and S are known, in units of the residuals' size.
+/// How well K and S are known. Standard deviations are in units of the residuals' size.
 struct Certainty {
     /// Whether the backing does not show, so that only K/S counts.
     is_opaque: bool,
@@ -311,9 +314,9 @@ struct Certainty {
     at_s: bool,
     /// Whether K/S ended at its largest value.
     is_black: bool,
-    /// Standard deviations of those of K and S that are not at 0; `None` means that they are not determined.
+    /// Standard deviations of those of K and S that are not at 0. `None` if they are not determined.
     of_both: Option<Vec<f64>>,
-    /// Standard deviation of K/S; `None` means that it is not determined, or at a bound.
+    /// Standard deviation of K/S. `None` if it is not determined, or at a bound.
     of_ratio: Option<f64>,
 }
 
@@ -323,7 +326,7 @@ impl Certainty {
         let n = slopes.len();
         let column = |f: &dyn Fn([f64; 2]) -> f64| DVector::from_iterator(n, slopes.iter().map(|s| f(*s)));
         let (by_k, by_s) = (column(&|[k, _]| k), column(&|[_, s]| s));
-        // K/S and S instead of K and S: dR/d(K/S) = S dR/dK, and dR/dS along with K.
+        // Change variables from K and S to K/S and S: dR/d(K/S) = S dR/dK, and dR/dS at constant K/S.
         let by_ratio = &by_k * sx;
         let by_size = &by_s + &by_k * (kx / sx);
 
@@ -332,8 +335,7 @@ impl Certainty {
         let (at_k, at_s) = (kx <= 0.0, sx <= 0.0);
         let is_black = problem.unit.is_none() && kx >= BLACKEST;
 
-        // What the reflectances determine: K and S, though one may be at a bound, where it does not count for the error of
-        // the other.
+        // Do the reflectances determine K and S? Either may be at a bound; then it does not enter the error of the other.
         let known = n >= problem.unknowns() && !is_opaque && spread(&[by_k.clone(), by_s.clone()]).is_some();
         let free: Vec<DVector<f64>> = [(at_k, by_k), (at_s, by_s)]
             .into_iter()
@@ -350,20 +352,20 @@ impl Certainty {
         Self { is_opaque, at_k, at_s, is_black, of_both, of_ratio }
     }
 
-    /// Whether the reflectances determine K and S, or, where the backing does not show, K/S.
+    /// Whether the reflectances determine K and S or, if the backing does not show through, K/S.
     fn determined(&self) -> bool {
         let ratio = self.of_ratio.is_some() || self.at_k || self.at_s || self.is_black;
         self.of_both.is_some() || (self.is_opaque && ratio)
     }
 }
 
-/// Everything that follows from the K and S found.
+/// Derives the complete result of a channel from the K and S found.
 fn judge(index: usize, problem: &Problem<'_>, found: &Estimate) -> Fitted {
     let (kx, sx) = problem.point(&found.x);
     let n = problem.patches.len();
     let dof = n.saturating_sub(problem.unknowns());
 
-    // The size of the residuals: 1 by their standard deviations, else found from what is left of them.
+    // The size of the residuals: 1 if they have standard deviations, otherwise estimated from the residuals of the fit.
     let plain: f64 = problem.residuals(kx, sx, false).iter().map(|r| r.value * r.value).sum();
     let rows = problem.residuals(kx, sx, problem.weighted);
     let cost: f64 = rows.iter().map(|r| r.value * r.value).sum();
@@ -373,7 +375,7 @@ fn judge(index: usize, problem: &Problem<'_>, found: &Estimate) -> Fitted {
         (false, _) => Some((cost / count(dof)).sqrt()),
     };
 
-    // K, S, K/S and the reflectance of an opaque layer, each with the error that the residuals leave it.
+    // K, S, K/S and the reflectance of an opaque layer, each with its standard error.
     let slopes: Vec<[f64; 2]> = rows.iter().map(|r| r.partials).collect();
     let certainty = Certainty::new(problem, kx, sx, &slopes);
     let determined = certainty.determined();
@@ -414,7 +416,7 @@ fn judge(index: usize, problem: &Problem<'_>, found: &Estimate) -> Fitted {
     }
 }
 
-/// What the user should know of a result.
+/// The warnings about a result.
 fn remarks(problem: &Problem<'_>, converged: bool, certainty: &Certainty, has_errors: bool) -> Vec<Remark> {
     let determined = certainty.determined();
     let mut remarks = Vec::new();
@@ -441,12 +443,12 @@ fn remarks(problem: &Problem<'_>, converged: bool, certainty: &Certainty, has_er
     remarks
 }
 
-/// Whether nothing but rounding is left of the residuals: then it does not matter that no step lowers them.
+/// Whether the residuals are only rounding; then it does not matter that no step reduces them.
 fn is_exact(cost: f64, problem: &Problem<'_>) -> bool {
     cost <= 100.0 * problem.cost_floor()
 }
 
-/// The largest share of the light that has been to the backing and back.
+/// The largest share of the reflected light, over all patches, that has reached the backing and returned.
 fn share_of_backing(problem: &Problem<'_>, kx: f64, sx: f64) -> f64 {
     let of_patch = |patch: &Patch| {
         let layers = patch.thickness / problem.unit.unwrap_or(1.0);

@@ -1,4 +1,4 @@
-//! What `brdfit kubelka-munk` reports; docs/use/kubelka-munk.md describes it field by field.
+//! The report of `brdfit kubelka-munk`; docs/use/kubelka-munk.md describes it field by field.
 
 use super::{Drawdown, Fitted, Quantity, Surface};
 use serde::Serialize;
@@ -32,7 +32,7 @@ struct Data {
 
 #[derive(Clone, Debug, Serialize)]
 struct Options {
-    /// Of every row; null if the file has its own, or where it is not known.
+    /// Thickness of every row, as given by the user; null if the file has thicknesses or if none is known.
     thickness: Option<f64>,
     /// Refractive index that k1 and k2 were computed from.
     eta: Option<f64>,
@@ -70,7 +70,7 @@ struct Warning {
 }
 
 impl Record {
-    /// The report on a fit. `thickness` and `eta` as the user gave them.
+    /// The report on a fit. `thickness` and `eta` are what the user gave.
     #[must_use]
     pub fn new(
         drawdown: &Drawdown,
@@ -135,7 +135,7 @@ impl Record {
         }
     }
 
-    /// The warnings, one line each. The same one for several channels is said once.
+    /// The warnings, one line each. A warning that several channels share is given once.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut said: Vec<(&str, Vec<&str>)> = Vec::new();
@@ -165,12 +165,12 @@ pub fn text(record: &Record, thickness_known: bool) -> String {
     text += &format!("{} reflectances in {} rows", data.reflectances, data.rows);
     text += &match (record.options.k1, record.options.k2) {
         (k1, k2) if k1 > 0.0 || k2 > 0.0 => format!("; surface k1 = {k1:.4}, k2 = {k2:.4}\n"),
-        _ => "; no surface\n".to_owned(),
+        _ => "; no surface reflection\n".to_owned(),
     };
     text += if thickness_known {
         "K and S per unit of thickness\n\n"
     } else {
-        "thickness not known: K and S are KX and SX of the film\n\n"
+        "unknown thickness X: the columns K and S hold KX and SX\n\n"
     };
     text += &format!("{:<12}{:^27}{:^27}{:^27}{:>9}{:>10}\n", "channel", "K", "S", "K/S", "R_inf", "rms");
     for c in &record.channels {
@@ -188,7 +188,7 @@ pub fn text(record: &Record, thickness_known: bool) -> String {
     text
 }
 
-/// A number with its error.
+/// A value with its standard error as text.
 fn number(quantity: Option<QuantityRecord>) -> String {
     let Some(QuantityRecord { value, std_error }) = quantity else { return format!("{:>12}{:15}", "-", "") };
     let digits = |x: f64| {

@@ -1,7 +1,7 @@
-//! CSV of reflectances over backings; documented in docs/use/kubelka-munk.md.
+//! Reads CSV tables of reflectances over backings; docs/use/kubelka-munk.md documents them.
 //!
-//! Two layouts, told apart by the header: a row per patch with a column per channel, or, if any column begins with
-//! `over_`, a row per channel with a column per backing.
+//! There are two layouts. If a column begins with `over_`, the table has a row per channel and a column per backing;
+//! otherwise it has a row per patch and a column per channel.
 
 use crate::error::{Error, OptionName, Place, excerpt, short};
 use crate::measurement::formats::File;
@@ -18,9 +18,9 @@ pub struct Patch {
     pub thickness: f64,
     /// Reflectance of the backing, 0..1.
     pub background: f64,
-    /// Reflectance measured, 0..1.
+    /// Measured reflectance, 0..1.
     pub reflectance: f64,
-    /// Its standard deviation, where the file gives one.
+    /// Its standard deviation. `None` if the file gives none.
     pub sigma: Option<f64>,
 }
 
@@ -29,24 +29,24 @@ pub struct Patch {
 pub struct Series {
     /// The channel.
     pub channel: Channel,
-    /// At least one.
+    /// The reflectances; at least one.
     pub patches: Vec<Patch>,
 }
 
 /// A measured drawdown.
 #[derive(Clone, Debug)]
 pub struct Drawdown {
-    /// Where it came from.
+    /// The file that it was read from.
     pub source: Source,
-    /// Rows of data.
+    /// Number of rows of data.
     pub rows: usize,
-    /// Whether the thickness is known: from the file or from the caller. Otherwise it is 1, the film's own.
+    /// Whether the file or the caller gives the thickness. If not, the thickness of the film is the unit of length.
     pub thickness_known: bool,
     /// One per channel, in the file's order.
     pub series: Vec<Series>,
 }
 
-/// A header or a field that is not what it should be: expected, found.
+/// What was expected of a header or field, and what was found.
 type Wrong = (String, String);
 
 /// The column of the films' thickness.
@@ -55,16 +55,16 @@ const THICKNESS: &str = "thickness";
 const BACKGROUND: &str = "background";
 /// The column of standard deviations.
 const SIGMA: &str = "sigma";
-/// What columns of reflectances over a backing begin with.
+/// The prefix of columns of reflectances over a backing.
 const OVER: &str = "over_";
 /// Columns that name the channel of a row.
 const NAMES: [&str; 2] = ["channel", "wavelength"];
-/// Backings that are known without a column of their own.
+/// Backings whose reflectance is known without a column of its own.
 const IDEAL: [(&str, f64); 2] = [("black", 0.0), ("white", 1.0)];
-/// The channel of a file that names none.
+/// The name of the channel in a file that names none.
 const ONLY_CHANNEL: &str = "reflectance";
 
-/// Reads a drawdown. `thickness` is that of every row, for a file that has none.
+/// Reads a drawdown. `thickness` applies to every row of a file without thicknesses.
 ///
 /// # Errors
 /// [`Error::Io`], [`Error::Malformed`], [`Error::NoSamples`]; [`Error::Unmet`] for a thickness given twice.
@@ -72,7 +72,7 @@ pub fn read(path: &Path, thickness: Option<f64>) -> Result<Drawdown, Error> {
     read_file(File::open(path)?, thickness)
 }
 
-/// Reads a drawdown from a file that is open, or from memory: like [`read`].
+/// Reads a drawdown from an open file or from memory, like [`read`].
 ///
 /// # Errors
 /// Like [`read`].
@@ -124,16 +124,16 @@ pub fn read_file(mut file: File<'_>, thickness: Option<f64>) -> Result<Drawdown,
     Ok(Drawdown { source, rows, thickness_known, series })
 }
 
-/// Which column holds what.
+/// The meaning of the columns.
 struct Columns {
     thickness: Option<usize>,
     layout: Layout,
 }
 
 enum Layout {
-    /// A row per patch.
+    /// One row per patch.
     Patches(Vec<ChannelColumns>),
-    /// A row per channel, and the column of its name.
+    /// One row per channel; `name` is the column that names it.
     Channels { name: Option<usize>, sigma: Option<usize>, backings: Vec<BackingColumns> },
 }
 
@@ -156,7 +156,8 @@ enum Background {
     Ideal(f64),
 }
 
-/// The columns of a header by their names. A header may be as wide as a file is long, so none is searched for.
+/// The columns of a header, indexed by name. A header may be as wide as a file is long, so columns are looked up and not
+/// searched for.
 struct Header<'a> {
     names: &'a StringRecord,
     places: HashMap<&'a str, usize>,
@@ -183,7 +184,7 @@ impl<'a> Header<'a> {
         self.places.get(name).copied()
     }
 
-    /// The names, as found.
+    /// The column names as one text, for errors.
     fn listed(&self) -> String {
         excerpt(&self.names.iter().collect::<Vec<_>>().join(","))
     }
@@ -203,8 +204,8 @@ impl Columns {
     fn row_per_patch(header: &Header<'_>) -> Result<Layout, Wrong> {
         let own = |prefix: &str, name: &str| name.strip_prefix(prefix)?.strip_prefix('_').map(str::to_owned);
         let names = || header.names.iter().enumerate();
-        // Columns of one channel's own backing or standard deviation: of several spellings of one wavelength the
-        // first counts.
+        // Columns for the backing or the standard deviation of one channel; if one wavelength has several spellings,
+        // the first counts.
         let of_channels = |prefix: &str| {
             let mut columns = HashMap::new();
             for (index, name) in names() {
@@ -289,7 +290,7 @@ impl Columns {
         Ok(Layout::Channels { name: names.first().copied(), sigma: header.column(SIGMA), backings })
     }
 
-    /// What a row tells.
+    /// The reflectances in a row, with their channels.
     fn patches(&self, fields: &StringRecord, default: f64) -> Result<Vec<(Channel, Patch)>, Wrong> {
         let thickness = self.thickness.map_or(Ok(default), |column| thickness(field(fields, column)))?;
         let patch = |reflectance: f64, background: f64, sigma: Option<f64>| Patch {
@@ -305,7 +306,7 @@ impl Columns {
                     let reflectance = share(&c.channel.name, field(fields, c.reflectance))?;
                     let background = match c.background {
                         Some(column) => share(BACKGROUND, field(fields, column))?,
-                        // Where nothing shines through, any will do.
+                        // The backing of an opaque film does not matter.
                         None if thickness == f64::INFINITY => 0.0,
                         None => {
                             let expected = format!("a column '{BACKGROUND}' for a film of finite thickness");
@@ -343,7 +344,7 @@ fn field(fields: &StringRecord, column: usize) -> &str {
     fields.get(column).unwrap_or_default()
 }
 
-/// A reflectance.
+/// Parses a reflectance.
 fn share(what: &str, text: &str) -> Result<f64, Wrong> {
     let what = short(what);
     match text.parse::<f64>() {
@@ -358,13 +359,13 @@ fn share(what: &str, text: &str) -> Result<f64, Wrong> {
 fn deviation(text: &str) -> Result<f64, Wrong> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err((format!("a finite number of more than 0 for {SIGMA}"), excerpt(text))),
+        _ => Err((format!("a finite number above 0 for {SIGMA}"), excerpt(text))),
     }
 }
 
 fn thickness(text: &str) -> Result<f64, Wrong> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 => Ok(value),
-        _ => Err((format!("a {THICKNESS} of more than 0, or 'inf' for opaque paint"), excerpt(text))),
+        _ => Err((format!("a {THICKNESS} above 0, or 'inf' for opaque paint"), excerpt(text))),
     }
 }

@@ -1,20 +1,20 @@
-//! How closely a model is checked.
+//! How thoroughly a model is checked.
 
 use super::quadrature::Quadrature;
 
 /// Angles of incidence at which albedos are integrated, degrees.
 pub const INCIDENCES_DEG: [f64; 12] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0, 89.9];
 
-/// How closely a model is checked.
+/// How thoroughly a model is checked.
 #[derive(Clone, Debug)]
 pub struct Effort {
-    /// Pairs of directions that f is compared at.
+    /// Number of pairs of directions at which reciprocity and sign are checked.
     pub pairs: usize,
-    /// Pairs of directions that digits are counted at.
+    /// Number of pairs of directions at which digits are counted.
     pub wide_pairs: usize,
-    /// Angles of incidence, degrees.
+    /// Angles of incidence at which albedos are integrated, degrees.
     pub incidences_deg: Vec<f64>,
-    /// How albedos are integrated.
+    /// Accuracy of the integrals.
     pub quadrature: Quadrature,
 }
 

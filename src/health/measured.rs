@@ -1,4 +1,4 @@
-//! Whether a measurement obeys physics.
+//! Checks that a measurement obeys physics.
 
 use super::{Finding, SCHEMA};
 use crate::geometry::{Directions, HalfDifferenceGrid};
@@ -6,20 +6,20 @@ use crate::math::count;
 use crate::measurement::{Measurement, coverage};
 use serde::Serialize;
 
-/// Standard deviations below 0 beyond which a value is no noise.
+/// A value more than this number of standard deviations below 0 is not noise.
 pub const NOISE_SIGMAS: f64 = 5.0;
-/// Where no standard deviation is given, a value below 0 by more than this share of the mean of abs(f) is no noise.
+/// Without standard deviations, a value below 0 by more than this share of the mean of abs(f) is not noise.
 pub const NOISE_SHARE: f64 = 0.05;
-/// Relative rms difference of pairs measured both ways beyond which a measurement is not reciprocal.
+/// Relative rms difference of pairs measured both ways above which a measurement is not reciprocal.
 pub const RECIPROCITY_LIMIT: f64 = 0.2;
-/// Relative rms difference of pairs measured both ways beyond which there is a warning.
+/// Relative rms difference of pairs measured both ways above which a warning is given.
 pub const RECIPROCITY_WARNING: f64 = 0.05;
-/// Width of the ranges of incidence that albedos are averaged over, degrees.
+/// Width of the ranges of incidence over which albedos are averaged, degrees.
 const RANGE_DEG: f64 = 10.0;
 /// Number of ranges of incidence: up to 80 degrees.
 const RANGES: u8 = 8;
 
-/// What was found of a measurement.
+/// The result of checking a measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeasurementHealth {
     /// `brdfit.check/1`.
@@ -34,39 +34,39 @@ pub struct MeasurementHealth {
     pub format: &'static str,
     /// SHA-256 of its bytes.
     pub sha256: String,
-    /// Samples that were checked.
+    /// Number of samples that were checked.
     pub samples: usize,
     /// Whether no finding breaks physics.
     pub sound: bool,
-    /// Relative root mean square difference of pairs measured both ways, all channels; null without such pairs.
+    /// Relative root mean square difference of pairs measured both ways, over all channels; null if there are no such pairs.
     pub reciprocity: Option<f64>,
-    /// The number of those pairs.
+    /// Number of those pairs.
     pub reciprocity_pairs: usize,
-    /// Per channel.
+    /// Results per channel.
     pub channels: Vec<MeasuredChannel>,
-    /// What is wrong, or to be known.
+    /// Violations of physics, and warnings.
     pub findings: Vec<Finding>,
 }
 
-/// What was found of one channel.
+/// The result of checking one channel.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeasuredChannel {
     /// Its name.
     pub name: String,
     /// Values below 0.
     pub negative: Negative,
-    /// Albedo per range of incidence; null where samples cover no known solid angles.
+    /// Albedo per range of incidence; null if the solid angles of the samples are unknown.
     pub albedo: Option<Vec<MeasuredAlbedo>>,
 }
 
 /// Values below 0.
 #[derive(Clone, Debug, Serialize)]
 pub struct Negative {
-    /// How many.
+    /// Number of values below 0.
     pub values: usize,
-    /// How many of them are too far below 0 to be noise.
+    /// Number of those that are too far below 0 to be noise.
     pub beyond_noise: usize,
-    /// The least value of all, 1/sr.
+    /// The smallest of all values, 1/sr.
     pub least: f64,
 }
 
@@ -75,9 +75,9 @@ pub struct Negative {
 pub struct MeasuredAlbedo {
     /// Smallest and largest angle of incidence, degrees.
     pub theta_i_deg: [f64; 2],
-    /// The mean albedo over it.
+    /// The mean albedo over this range.
     pub value: f64,
-    /// By how much the two interleaved halves of the table differ.
+    /// Difference between the albedos of two halves of the table: its even and its odd rows.
     pub error: f64,
 }
 
@@ -115,7 +115,7 @@ pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
 
 fn negative(row: &[f64], sigma: Option<&[f64]>) -> Negative {
     let mean = row.iter().map(|f| f.abs()).sum::<f64>() / count(row.len().max(1));
-    assert!(sigma.is_none_or(|sigma| sigma.len() == row.len()), "a standard deviation for each value");
+    assert!(sigma.is_none_or(|sigma| sigma.len() == row.len()), "one standard deviation per value");
     let noise = |index: usize| match sigma {
         Some(sigma) => NOISE_SIGMAS * sigma[index],
         None => NOISE_SHARE * mean,
@@ -128,10 +128,11 @@ fn negative(row: &[f64], sigma: Option<&[f64]>) -> Negative {
     }
 }
 
-/// pi times the mean of f over the viewers, weighted by solid angle and cosine, per channel and range of incidence.
+/// Albedos by channel and range of incidence: pi times the mean of f over outgoing directions, weighted by solid angle
+/// and cosine. `None` if the solid angles of the samples are unknown.
 fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
     let Directions::Grid { grid, cells } = &measurement.directions else { return None };
-    /// Weights and weighted values of the rows of the table with even and with odd theta_h.
+    /// Sums of weights and of weighted values over the rows of the table with even theta_h index, and over the odd ones.
     type Sums = [(f64, f64); 2];
     let ranges = usize::from(RANGES);
     let mut sums: Vec<Vec<Sums>> = vec![vec![Sums::default(); ranges]; measurement.values.len()];
@@ -140,7 +141,7 @@ fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
         let g = grid.geometry(cell);
         let (theta_h, ..) = HalfDifferenceGrid::indices(cell);
         let half = theta_h % 2;
-        // A cell stands for a pair of directions and its mirror: for light from either.
+        // A cell represents a pair of directions and the pair with light and viewer exchanged.
         for (light, view) in [(g.cos_i(), g.cos_o()), (g.cos_o(), g.cos_i())] {
             let range = limits.partition_point(|limit| *limit > light);
             if view <= 0.0 || range >= ranges {
@@ -181,7 +182,7 @@ fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>) -> Vec<Findi
                 "negative",
                 true,
                 format!(
-                    "{} values lie below 0 by more than noise, the least at {:.4e} 1/sr",
+                    "{} values are below 0 by more than the noise, the lowest is {:.4e} 1/sr",
                     n.beyond_noise, n.least
                 ),
             );
@@ -189,7 +190,10 @@ fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>) -> Vec<Findi
             add(
                 "negative",
                 false,
-                format!("{} values lie below 0 by noise, the least at {:.4e} 1/sr", n.values, n.least),
+                format!(
+                    "{} values are below 0 within the noise, the lowest is {:.4e} 1/sr",
+                    n.values, n.least
+                ),
             );
         }
         let most = channel
@@ -199,12 +203,12 @@ fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>) -> Vec<Findi
             .max_by(|a, b| (a.value - a.error).total_cmp(&(b.value - b.error)));
         if let Some(MeasuredAlbedo { theta_i_deg: [low, high], value, error }) = most {
             let text = format!(
-                "of light from {low} to {high} deg it reflects {value:.4} +/- {error:.1e}, more than arrives"
+                "the albedo for theta_i from {low} to {high} deg is {value:.4} +/- {error:.1e}, above 1"
             );
             if value - error > 1.0 {
                 add("gains-energy", true, text);
             } else if *value > 1.0 {
-                add("gains-energy", false, text + " but for the error");
+                add("gains-energy", false, text + " but within the error");
             }
         }
     }

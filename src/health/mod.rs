@@ -1,6 +1,6 @@
-//! Whether a model at given parameters, or a measurement, obeys physics, and how well a model's formula computes.
+//! Checks that a model at given parameters, or a measurement, obeys physics, and how many digits a model's formula keeps.
 //!
-//! docs/use/checks.md says what is checked, within which limits, and describes the JSON form field by field.
+//! docs/use/checks.md says what is checked and within which limits, and describes the JSON form field by field.
 
 #![allow(
     clippy::indexing_slicing,
@@ -32,28 +32,28 @@ use serde::Serialize;
 /// Name of the schema of both forms.
 pub const SCHEMA: &str = "brdfit.check/1";
 
-/// The largest albedo, beyond the error of its quadrature, that still counts as 1.
+/// How far above 1 an albedo may be, beyond the error of its quadrature, and still count as 1.
 pub const ALBEDO_SLACK: f64 = 1e-6;
-/// The largest relative difference of f(wi, wo) and f(wo, wi) that still counts as rounding. The largest of any reciprocal
-/// model here is 1e-9, where a steep exponential multiplies the rounding of its argument.
+/// Largest relative difference between f(wi, wo) and f(wo, wi) that still counts as rounding. Reciprocal models here
+/// reach 1e-9, where a steep exponential multiplies the rounding of its argument.
 pub const RECIPROCITY_LIMIT: f64 = 1e-6;
-/// Digits kept in f64 below which a warning says so.
+/// Number of digits kept in f64 below which a warning is given.
 pub const FEW_DIGITS: f64 = 8.0;
 
-/// Something found.
+/// A violation of physics, or a warning.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
     /// not-reciprocal, negative, gains-energy, not-finite, unresolved, derivative-not-finite, bounds-not-finite, few-digits.
     pub kind: &'static str,
     /// Whether it breaks physics; otherwise it is a warning.
     pub breaks: bool,
-    /// The channel concerned; null for all.
+    /// The channel concerned; null means all.
     pub channel: Option<String>,
-    /// What it is.
+    /// Description.
     pub text: String,
 }
 
-/// What was found of a model.
+/// The result of checking a model.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModelHealth {
     /// `brdfit.check/1`.
@@ -62,7 +62,7 @@ pub struct ModelHealth {
     pub version: &'static str,
     /// "model".
     pub subject: &'static str,
-    /// The report that the parameters come from; null if they were given.
+    /// The report that the parameters come from; null if the caller gave them.
     pub path: Option<String>,
     /// The expression with every choice spelled out.
     pub model: String,
@@ -72,34 +72,34 @@ pub struct ModelHealth {
     pub sound: bool,
     /// Whether f changes when light and viewer are turned together about the normal, in any channel.
     pub anisotropic: bool,
-    /// Per channel.
+    /// Results per channel.
     pub channels: Vec<ModelChannel>,
-    /// Values and derivatives that are not finite with every shape at either of its bounds.
+    /// Values and derivatives that are infinite or NaN when every shape is at one of its bounds.
     pub at_bounds: Unfinished,
-    /// What is wrong, or to be known.
+    /// Violations of physics, and warnings.
     pub findings: Vec<Finding>,
 }
 
-/// What was found of one channel of a model.
+/// The result of checking one channel of a model.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModelChannel {
     /// Its name.
     pub name: String,
     /// How much f changes when light and viewer are exchanged.
     pub reciprocity: Reciprocity,
-    /// The least value of f.
+    /// The smallest value of f.
     pub least: Extreme,
-    /// Directional albedo at every incidence.
+    /// Directional albedo at every direction of incidence.
     pub albedo: Vec<Albedo>,
-    /// The largest of these: what a white furnace shows.
+    /// The largest of these, which a white furnace test would show.
     pub furnace: Albedo,
-    /// Values and derivatives that are not finite in the extreme directions.
+    /// Values and derivatives that are infinite or NaN in the extreme directions.
     pub extremes: Unfinished,
     /// Digits kept.
     pub digits: Digits,
 }
 
-/// Checks a model with the values that `table` has.
+/// Checks a model at the parameter values in `table`.
 #[must_use]
 pub fn model(
     expression: &Expression,
@@ -162,7 +162,7 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
             add(
                 "not-finite",
                 true,
-                format!("{count} values of f are no finite numbers {place}").trim_end().to_owned(),
+                format!("f is infinite or NaN at {count} points {place}").trim_end().to_owned(),
             );
         }
         let r = &channel.reciprocity;
@@ -179,7 +179,7 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
         }
         if channel.least.value < 0.0 {
             let at = written(&channel.least.at_deg);
-            add("negative", true, format!("f goes down to {:.4e} 1/sr, at {at} deg", channel.least.value));
+            add("negative", true, format!("f is negative: {:.4e} 1/sr at {at} deg", channel.least.value));
         }
         if let (Some(value), Some(error)) = (channel.furnace.value, channel.furnace.error) {
             let theta = written(&[channel.furnace.theta_i_deg]);
@@ -187,28 +187,26 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
                 add(
                     "gains-energy",
                     true,
-                    format!(
-                        "of light from {theta} deg it reflects {value:.6} +/- {error:.1e}, more than arrives"
-                    ),
+                    format!("the albedo at theta_i = {theta} deg is {value:.6} +/- {error:.1e}, above 1"),
                 );
             } else if value + error > 1.0 + ALBEDO_SLACK && error > ALBEDO_SLACK {
                 add(
                     "unresolved",
                     false,
                     format!(
-                        "the quadrature cannot tell whether {value:.6} +/- {error:.1e}, reflected from {theta} deg, is more than arrives"
+                        "the albedo at theta_i = {theta} deg is {value:.6} +/- {error:.1e}: too uncertain to tell whether it is above 1"
                     ),
                 );
             }
         } else {
-            add("not-finite", true, "an albedo is no finite number".to_owned());
+            add("not-finite", true, "an albedo is infinite or NaN".to_owned());
         }
         if channel.extremes.derivatives > 0 {
             let place = channel.extremes.first.clone().unwrap_or_default();
             add(
                 "derivative-not-finite",
                 false,
-                format!("{} derivatives are no finite numbers {place}", channel.extremes.derivatives),
+                format!("{} derivatives are infinite or NaN {place}", channel.extremes.derivatives),
             );
         }
         if let Some(least) = channel.digits.f64.least.as_ref().filter(|least| least.digits < FEW_DIGITS) {
@@ -222,7 +220,7 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
             breaks: false,
             channel: None,
             text: format!(
-                "with shapes at their bounds {} values and {} derivatives are no finite numbers {}",
+                "with shapes at their bounds, {} values and {} derivatives are infinite or NaN {}",
                 at_bounds.values,
                 at_bounds.derivatives,
                 at_bounds.first.clone().unwrap_or_default()

@@ -1,8 +1,8 @@
-//! Finite values and derivatives, and digits kept.
+//! Counts values and derivatives that are infinite or NaN, and the digits that a formula keeps.
 //!
-//! Directions and parameters are first rounded to the type under test; the same formulas then run on them in that type and in
-//! [`Wide`]. So what is counted is the rounding inside the formula, not that of its arguments. What a formula leaves out on
-//! purpose, as a table or a series, is the same in both.
+//! Directions and parameters are first rounded to the type under test; the same formulas then run on them in that type and
+//! in [`Wide`]. So only rounding inside the formula is counted, not the rounding of its arguments. Deliberate
+//! approximations, such as tables and truncated series, are the same in both and do not count.
 
 use super::angles::{Angles, angles, written};
 use super::physics;
@@ -11,20 +11,20 @@ use crate::math::{Real, Wide};
 use crate::model::{BasisBlock, Derivatives, Expression, LobeValues, Role};
 use serde::Serialize;
 
-/// Values and derivatives that are no finite numbers.
+/// How many values and derivatives are infinite or NaN.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Unfinished {
-    /// How many values.
+    /// Number of values that are.
     pub values: usize,
-    /// How many derivatives.
+    /// Number of derivatives that are.
     pub derivatives: usize,
-    /// How many of both were checked.
+    /// Number of values and derivatives that were checked.
     pub tried: usize,
-    /// Where the first was; null if there is none.
+    /// Lobe and directions of the first one; null if there is none.
     pub first: Option<String>,
 }
 
-/// Digits kept in either precision.
+/// Digits kept in both precisions.
 #[derive(Clone, Debug, Serialize)]
 pub struct Digits {
     /// In double precision, of 16.
@@ -36,24 +36,25 @@ pub struct Digits {
 /// Digits kept in one precision.
 #[derive(Clone, Debug, Serialize)]
 pub struct Kept {
-    /// The least over all pairs; null if no value is large enough to have them all.
+    /// The smallest number over all pairs; null if every value is too small to have full precision.
     pub least: Option<LeastKept>,
-    /// The median over all pairs.
+    /// The median over all pairs; null likewise.
     pub median: Option<f64>,
-    /// Pairs of directions counted.
+    /// Number of pairs of directions at which digits were counted.
     pub pairs: usize,
 }
 
 /// Where the fewest digits are kept.
 #[derive(Clone, Debug, Serialize)]
 pub struct LeastKept {
-    /// How many.
+    /// Number of digits.
     pub digits: f64,
-    /// Where, degrees: theta_i, phi_i, theta_o, phi_o.
+    /// Directions, degrees: theta_i, phi_i, theta_o, phi_o.
     pub at_deg: Angles,
 }
 
-/// Where formulas divide: along the normal, mirrored, returned, and close to the horizon or in it, together, opposed or one alone.
+/// Pairs of directions at which formulas divide by 0 or nearly so: along the normal, mirrored, returned, and at or near
+/// the horizon: both on the same side, on opposite sides, or only one of them.
 fn extremes() -> Vec<Pair> {
     let at = |theta: f64, phi: f64| direction(theta.to_radians(), phi.to_radians());
     let mut pairs = vec![
@@ -76,7 +77,7 @@ fn extremes() -> Vec<Pair> {
     pairs
 }
 
-/// Counts what is not finite in the extreme directions, for the shapes and amplitudes of every lobe.
+/// Counts values and derivatives that are not finite in the extreme directions, at the parameters of every lobe.
 pub(super) fn at_extremes(expression: &Expression, lobes: &[LobeValues]) -> Unfinished {
     let mut found = Unfinished::default();
     for (lobe, LobeValues { shapes, amplitudes }) in expression.lobes().iter().zip(lobes) {
@@ -85,7 +86,8 @@ pub(super) fn at_extremes(expression: &Expression, lobes: &[LobeValues]) -> Unfi
     found
 }
 
-/// Counts what is not finite in the extreme directions at every corner of the bounds of the shapes.
+/// Counts values and derivatives that are not finite in the extreme directions, at every corner of the bounds of the
+/// shapes.
 pub(super) fn at_bounds(expression: &Expression) -> Unfinished {
     let mut found = Unfinished::default();
     for lobe in expression.lobes() {
@@ -95,7 +97,7 @@ pub(super) fn at_bounds(expression: &Expression) -> Unfinished {
             .map(|spec| (spec.in_formula_units(spec.bounds.0), spec.in_formula_units(spec.bounds.1)))
             .collect();
         let amplitudes: Vec<f64> = of(Role::Amplitude).map(|spec| spec.bounds.1.min(1.0)).collect();
-        // Shapes beyond the fourth go with the fourth: sixteen corners are enough to look at.
+        // Shapes beyond the fourth are at the same end as the fourth: sixteen corners are enough.
         for corner in 0..1_usize << bounds.len().min(4) {
             let upper = |j: usize| corner >> j.min(3) & 1 == 1;
             let ends = bounds.iter().enumerate().map(|(j, (low, high))| if upper(j) { *high } else { *low });
@@ -116,7 +118,7 @@ fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], ampl
     let coefficients = lobe.model.coefficients(amplitudes);
     for (index, pair) in pairs.iter().enumerate() {
         let sum = |rows: &[crate::geometry::Row], by: &[f64]| -> f64 {
-            assert_eq!(rows.len(), by.len(), "a coefficient for each basis function");
+            assert_eq!(rows.len(), by.len(), "one coefficient per basis function");
             rows.iter().zip(by).map(|(row, a)| a * row[index]).sum()
         };
         let value = sum(basis.values(), &coefficients.values);
@@ -133,7 +135,7 @@ fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], ampl
     }
 }
 
-/// Values in the two precisions, and in the wide one at the same arguments.
+/// Values in the precision `R`, and wide ones at the same arguments.
 fn both<R: Real>(
     expression: &Expression,
     lobes: &[LobeValues],
@@ -162,10 +164,10 @@ fn both<R: Real>(
     (found.into_iter().map(widen).collect(), exact)
 }
 
-/// The digits that the values of a model keep.
+/// Counts the digits that the values of a model keep.
 pub(super) fn digits(expression: &Expression, lobes: &[LobeValues], pairs: usize) -> Digits {
     let pairs = physics::pairs(pairs);
-    // Where smaller ones stand on the way to a value, even the wide number has few digits.
+    // Below this, intermediate results are so small that even the wide number loses digits.
     const SMALL_DOUBLE: f64 = 1e-280;
     let (double, (single, exact_single)) = rayon::join(
         || both::<f64>(expression, lobes, &pairs, Wide::literal),
@@ -178,10 +180,10 @@ pub(super) fn digits(expression: &Expression, lobes: &[LobeValues], pairs: usize
     }
 }
 
-/// Digits that `found` has in common with `exact`, where that is within `range`.
+/// Number of digits that `found` shares with `exact`, at the pairs where `exact` is within `range`.
 fn kept(pairs: &[Pair], found: &[Wide], exact: &[Wide], epsilon: f64, range: (f64, f64)) -> Kept {
-    assert_eq!(found.len(), pairs.len(), "a value for each pair");
-    assert_eq!(exact.len(), pairs.len(), "an exact value for each pair");
+    assert_eq!(found.len(), pairs.len(), "one value per pair");
+    assert_eq!(exact.len(), pairs.len(), "one exact value per pair");
     let mut digits: Vec<(f64, &Pair)> = Vec::new();
     for ((found, exact), pair) in found.iter().zip(exact).zip(pairs) {
         let size = exact.abs().rounded();
@@ -189,7 +191,7 @@ fn kept(pairs: &[Pair], found: &[Wide], exact: &[Wide], epsilon: f64, range: (f6
             continue;
         }
         let error = ((*found - *exact) / *exact).abs().rounded();
-        // No number has no digit, and none has more than the type.
+        // NaN and infinity have 0 digits, and no value has more digits than its type.
         let error = if error.is_finite() { error.clamp(0.5 * epsilon, 1.0) } else { 1.0 };
         digits.push((-error.log10(), pair));
     }

@@ -1,4 +1,4 @@
-//! Reciprocity, sign and albedo of a model.
+//! Checks the reciprocity, sign and albedo of a model.
 
 use super::angles::{Angles, angles};
 use super::effort::Effort;
@@ -12,7 +12,7 @@ use serde::Serialize;
 
 /// Azimuths of the light for anisotropic models, degrees.
 const AZIMUTHS_DEG: [f64; 3] = [0.0, 45.0, 90.0];
-/// Directions reach so far, degrees.
+/// Largest polar angle of the directions, degrees.
 const GRAZING_DEG: f64 = 89.9;
 /// Seed of the pairs of directions.
 const SEED: u64 = 71;
@@ -20,22 +20,22 @@ const SEED: u64 = 71;
 /// How much f changes when light and viewer are exchanged.
 #[derive(Clone, Debug, Serialize)]
 pub struct Reciprocity {
-    /// The largest abs(f(wi, wo) - f(wo, wi)), relative to the larger of the two.
+    /// The largest abs(f(wi, wo) - f(wo, wi)), divided by the larger of the two.
     pub largest: f64,
-    /// Where, degrees: theta_i, phi_i, theta_o, phi_o.
+    /// Directions, degrees: theta_i, phi_i, theta_o, phi_o.
     pub at_deg: Angles,
-    /// Pairs of directions compared.
+    /// Number of pairs of directions compared.
     pub pairs: usize,
-    /// Values that are no finite numbers.
+    /// Number of pairs at which either value is infinite or NaN.
     pub not_finite: usize,
 }
 
-/// A value and where it was found.
+/// A value and its directions.
 #[derive(Clone, Debug, Serialize)]
 pub struct Extreme {
     /// f, 1/sr.
     pub value: f64,
-    /// Where, degrees: theta_i, phi_i, theta_o, phi_o.
+    /// Directions, degrees: theta_i, phi_i, theta_o, phi_o.
     pub at_deg: Angles,
 }
 
@@ -46,14 +46,14 @@ pub struct Albedo {
     pub theta_i_deg: f64,
     /// Azimuth of the light, degrees.
     pub phi_i_deg: f64,
-    /// The albedo; null where it is no finite number.
+    /// The albedo; null if it is infinite or NaN.
     pub value: Option<f64>,
-    /// Estimate of the quadrature's error.
+    /// Estimated error of the quadrature; null if it is infinite or NaN.
     pub error: Option<f64>,
 }
 
-/// Pairs at which f is evaluated: over the hemispheres and about the mirror direction, a quarter turned about so that the viewer
-/// looks back along the light.
+/// Pairs at which f is evaluated: over both hemispheres and near the mirror direction. A quarter of them have the light
+/// turned by 180 degrees about the normal, so that those near the mirror direction become retroreflecting.
 pub(super) fn pairs(n: usize) -> Vec<Pair> {
     let mut pairs = scattered_directions(n, GRAZING_DEG, SEED);
     for pair in pairs.iter_mut().skip(1).step_by(4) {
@@ -62,7 +62,7 @@ pub(super) fn pairs(n: usize) -> Vec<Pair> {
     pairs
 }
 
-/// Reciprocity and the least value per channel.
+/// Reciprocity and smallest value, per channel.
 pub(super) fn compare(
     expression: &Expression,
     parameters: &[Vec<LobeValues>],
@@ -82,7 +82,7 @@ pub(super) fn compare(
                 continue;
             }
             let scale = a.abs().max(b.abs());
-            // Numbers that are too small have fewer digits, or none.
+            // Subnormal numbers have fewer digits, or none.
             let difference = if scale < f64::MIN_POSITIVE { 0.0 } else { (a - b).abs() / scale };
             if difference > reciprocity.largest {
                 (reciprocity.largest, reciprocity.at_deg) = (difference, angles(pair));
@@ -101,19 +101,19 @@ pub(super) fn compare(
     there.iter().zip(&back).map(channel).collect()
 }
 
-/// Whether f changes when both directions are turned about the normal.
+/// Whether f changes when both directions are turned together about the normal.
 pub(super) fn is_anisotropic(expression: &Expression, parameters: &[Vec<LobeValues>]) -> bool {
     let pairs = scattered_directions(60, 80.0, SEED);
     let turn = |v: DVec3| DVec3::new(v.x * 0.8 - v.y * 0.6, v.x * 0.6 + v.y * 0.8, v.z);
     let turned = pairs.iter().map(|pair| Pair { wi: turn(pair.wi), wo: turn(pair.wo) }).collect();
     let before = expression.values(&Directions::Scattered(pairs), parameters);
     let after = expression.values(&Directions::Scattered(turned), parameters);
-    // A sharp lobe multiplies the rounding of the turn.
+    // A sharp lobe magnifies the rounding of the rotation.
     let differ = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-6 * a.abs().max(b.abs());
     before.iter().flatten().zip(after.iter().flatten()).any(differ)
 }
 
-/// Albedos per channel.
+/// Albedos by channel and direction of incidence.
 pub(super) fn albedos(
     expression: &Expression,
     parameters: &[Vec<LobeValues>],
@@ -141,7 +141,7 @@ pub(super) fn albedos(
     (0..parameters.len()).map(of_channel).collect()
 }
 
-/// The largest; one that is no number comes first.
+/// The largest of `albedos`; one without a value counts as infinite.
 pub(super) fn largest(albedos: &[Albedo]) -> Albedo {
     let key = |albedo: &Albedo| albedo.value.unwrap_or(f64::INFINITY);
     let nothing = Albedo { theta_i_deg: 0.0, phi_i_deg: 0.0, value: None, error: None };

@@ -1,10 +1,10 @@
 //! Directional albedo, int f cos(theta_o) dwo, by adaptive quadrature with an estimate of its error.
 //!
-//! The hemisphere of viewers is cut into cells of theta and phi whose size shrinks with the distance from where a lobe can
-//! be sharp: the mirror direction and the way back to the light. So a lobe of any
-//! width from 1e-4 on is met by cells of its own size. Each cell is integrated by the product of two Kronrod rules with 15
-//! points; what the Gauss rules with 7 of them say otherwise is its error (Piessens et al. 1983, QUADPACK, qk15). Where the sum of
-//! errors is too large, cells that share in it are halved across their longer side, round by round.
+//! The hemisphere of outgoing directions is cut into cells of theta and phi, which get smaller towards the directions in
+//! which a lobe can be sharp: the mirror direction and the direction back to the light. So a lobe of any width above 1e-4
+//! is covered by cells of its own size. Each cell is integrated by the product of two 15-point Kronrod rules; the
+//! difference from the 7-point Gauss rules inside them is its error (Piessens et al. 1983, QUADPACK, qk15). While the sum
+//! of the errors is too large, the cells that contribute most are halved across their longer side, round by round.
 
 use crate::geometry::{Directions, Pair, direction};
 use crate::math::count;
@@ -12,12 +12,12 @@ use crate::model::{Expression, LobeValues};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// When to stop.
+/// When the quadrature stops.
 #[derive(Clone, Copy, Debug)]
 pub struct Quadrature {
-    /// The error to reach, relative to an albedo above 1 and absolute below.
+    /// The error to reach: relative for an albedo above 1, absolute below.
     pub tolerance: f64,
-    /// Cells after which it stops all the same.
+    /// Number of cells at which it stops in any case.
     pub most_cells: usize,
 }
 
@@ -27,23 +27,24 @@ impl Default for Quadrature {
     }
 }
 
-/// An integral and the estimate of its error.
+/// An integral and its estimated error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Integral {
     /// Its value.
     pub value: f64,
-    /// The sum of what the two rules differ by in every cell.
+    /// Sum over all cells of the difference between the two rules.
     pub error: f64,
 }
 
-/// Cells are not larger than this, radians: lobes that are 0 in floating point but for a few degrees must be met by a point.
+/// Largest side of a first cell, radians. A lobe may be 0 in floating point except within a few degrees, and a point must
+/// hit it.
 const COARSEST: f64 = 0.25;
-/// Nor smaller, in the first round.
+/// Size below which first cells are not divided, radians.
 const FINEST: f64 = 2e-5;
-/// Along the two planes in which an anisotropic lobe may be a ridge, first cells are not larger than this.
+/// Smallest limit of the size of first cells along the two planes in which an anisotropic lobe may be a ridge, radians.
 const ALONG_RIDGES: f64 = 0.03;
 
-/// Points of the Kronrod rule from the outermost to the middle, their weights, and those of Gauss' rule.
+/// Points of the Kronrod rule from the outermost to the middle, with their Kronrod and Gauss weights.
 #[expect(clippy::unreadable_literal, reason = "as printed")]
 const RULE: [(f64, f64, f64); 8] = [
     (0.9914553711208126, 0.022935322010529224, 0.0),
@@ -56,7 +57,7 @@ const RULE: [(f64, f64, f64); 8] = [
     (0.0, 0.20948214108472782, 0.4179591836734694),
 ];
 
-/// All fifteen points: place in -1..1, both weights.
+/// All fifteen points: position in -1..1, and both weights.
 fn points() -> impl Iterator<Item = (f64, f64, f64)> + Clone {
     let left = RULE.iter().map(|(x, k, g)| (-x, *k, *g));
     left.chain(RULE.iter().rev().skip(1).copied())
@@ -90,7 +91,7 @@ impl Cell {
         direction(0.5 * (self.theta.0 + self.theta.1), 0.5 * (self.phi.0 + self.phi.1))
     }
 
-    /// The points in it: direction, and weights of both rules for dw cos(theta).
+    /// The points of the cell: direction, and weights of both rules for dw cos(theta).
     fn points(self) -> impl Iterator<Item = (DVec3, f64, f64)> {
         let place = |(low, high): (f64, f64), x: f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
         let area = 0.25 * (self.theta.1 - self.theta.0) * (self.phi.1 - self.phi.0);
@@ -104,14 +105,13 @@ impl Cell {
     }
 }
 
-/// A cell that has been integrated, per channel.
+/// A cell and its integrals, one per channel.
 struct Done {
     cell: Cell,
     integrals: Vec<Integral>,
 }
 
-/// The share of light from `wi` that is reflected, per channel. `parameters` are
-/// their values per channel and lobe.
+/// The share of light from `wi` that is reflected, per channel. `parameters` holds values by channel and lobe.
 #[must_use]
 pub fn directional_albedo(
     expression: &Expression,
@@ -131,7 +131,7 @@ pub fn directional_albedo(
         if reached || done.len() >= quadrature.most_cells || sums.iter().any(|sum| !sum.error.is_finite()) {
             return sums;
         }
-        // A cell with less than half its share of the error allowed can stay.
+        // A cell stays if its error is less than half of an equal share of the allowed error.
         let share = 0.5 / count(done.len());
         let (split, stay): (Vec<Done>, Vec<Done>) = done.into_iter().partition(|cell| {
             let too_large = |(integral, allowed): (&Integral, &f64)| integral.error > share * allowed;
@@ -187,7 +187,7 @@ fn integrate(
     wi: DVec3,
     cells: &[Cell],
 ) -> Vec<Done> {
-    /// Cells whose points are evaluated together: few enough to take little memory.
+    /// Number of cells whose points are evaluated together: small, to save memory.
     const AT_ONCE: usize = 256;
     let mut done = Vec::with_capacity(cells.len());
     for cells in cells.chunks(AT_ONCE) {

@@ -1,12 +1,12 @@
-//! What was found, as a table for people.
+//! The result of a check as a table.
 
 use super::{Albedo, Finding, Kept, MeasurementHealth, ModelHealth, written};
 use std::fmt::Write as _;
 
-/// The most parameters or channels that are listed.
+/// Largest number of parameters or channels that are listed.
 const LISTED: usize = 12;
 
-/// What was found of a model, ending in a newline.
+/// The result of checking a model as a table, ending in a newline.
 #[must_use]
 pub fn model_table(health: &ModelHealth) -> String {
     let mut text = String::new();
@@ -15,7 +15,7 @@ pub fn model_table(health: &ModelHealth) -> String {
     text
 }
 
-/// What was found of a measurement, ending in a newline.
+/// The result of checking a measurement as a table, ending in a newline.
 #[must_use]
 pub fn measurement_table(health: &MeasurementHealth) -> String {
     let mut text = String::new();
@@ -82,7 +82,7 @@ fn or_dash(value: Option<f64>) -> String {
 
 fn albedo(a: &Albedo) -> String {
     let error = a.error.map_or_else(String::new, |error| format!(" +/- {error:.1e}"));
-    format!("largest albedo {}{error}, of light from {} deg", or_dash(a.value), a.theta_i_deg)
+    format!("largest albedo {}{error}, at theta_i = {} deg", or_dash(a.value), a.theta_i_deg)
 }
 
 fn digits(kept: &Kept) -> String {
@@ -122,10 +122,10 @@ fn write_measurement(text: &mut String, health: &MeasurementHealth) -> std::fmt:
         let n = &channel.negative;
         let most = channel.albedo.iter().flatten().max_by(|a, b| a.value.total_cmp(&b.value));
         let most = most.map_or_else(
-            || "not known: the samples cover no known solid angles".to_owned(),
+            || "unknown: the samples have no known solid angles".to_owned(),
             |a| {
                 let [low, high] = a.theta_i_deg;
-                format!("{:.4} +/- {:.1e}, of light from {low} to {high} deg", a.value, a.error)
+                format!("{:.4} +/- {:.1e}, at theta_i from {low} to {high} deg", a.value, a.error)
             },
         );
         writeln!(

@@ -1,22 +1,21 @@
-//! From the channels of a measurement to linear RGB.
+//! Converts the channels of a measurement to linear RGB.
 //!
 //! ```text
-//! X = kx sum_j w_j S(l_j) xbar(l_j) f_j     Y, Z alike with ybar, zbar
+//! X = kx sum_j w_j S(l_j) xbar(l_j) f_j     Y, Z likewise with ybar, zbar
 //! (r, g, b) = M (X, Y, Z)                   M: IEC 61966-2-1, from its primaries and the white of D65
 //! ```
 //!
 //! - xbar, ybar, zbar: colour matching functions of the CIE 1931 two-degree observer, in the multi-lobe fit of Wyman, Sloan
 //!   and Shirley 2013, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), section 2.2.
-//! - S: spectral power of D65, CIE 15:2004, table T.1, every 10 nm, in between on straight lines.
-//! - w: the trapezoidal rule on the given wavelengths, in any order, irregular or not. Outside 380 to 780 nm they
-//!   contribute nothing and are not part of the rule.
-//! - kx, ky, kz: X, Y and Z are scaled, each for itself, until f = 1 at every wavelength gives the white of D65, and so
-//!   RGB (1, 1, 1). That takes away most of what the fit and a short or coarse sum do to the white.
+//! - S: spectral power of D65, CIE 15:2004, table T.1, every 10 nm, interpolated linearly.
+//! - w: weights of the trapezoidal rule on the given wavelengths, which may be in any order and unevenly spaced.
+//!   Wavelengths outside 380 to 780 nm contribute nothing and are not part of the rule.
+//! - kx, ky, kz: X, Y and Z are each scaled so that f = 1 at every wavelength gives the white of D65, and so
+//!   RGB (1, 1, 1). That removes most of the error that the fit and a short or coarse sum cause in the white.
 //!
-//! A spectrum has a hue only if it has been looked at in more than one place: there must be a wavelength below 490 nm,
-//! one from 490 to 580 nm and one above, all visible. Otherwise, and for channels that are neither
-//! RGB nor spectral, the image is grey: the mean of the visible channels, or of all if none is visible.
-//! [`Route`] says which it was.
+//! A spectrum determines a hue only if it is sampled in several places: there must be a wavelength below 490 nm, one
+//! from 490 to 580 nm and one above, all visible. Otherwise, and for channels that are neither RGB nor spectral, the
+//! image is grey: the mean of the visible channels, or of all if none is visible. [`Route`] says which case applies.
 
 use crate::math::count;
 use crate::measurement::{Channel, Measurement};
@@ -26,19 +25,19 @@ use serde::Serialize;
 use std::borrow::Cow;
 use std::sync::LazyLock;
 
-/// How channels became RGB.
+/// How the channels were converted to RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Route {
-    /// Channels named r, g and b, as they are.
+    /// Channels named r, g and b, unchanged.
     Rgb,
     /// A spectrum under D65, seen by the CIE 1931 observer.
     Spectrum,
     /// Grey: a single channel, or channels that are neither RGB nor spectral; their mean.
     Grey,
-    /// Grey: too few visible wavelengths for a hue; the mean of the visible ones.
+    /// Grey: the mean of the visible wavelengths, which are too few for a hue.
     GreyFewWavelengths,
-    /// Grey: no wavelength is visible; the mean of all.
+    /// Grey: the mean of all wavelengths, none of which is visible.
     GreyInvisible,
 }
 
@@ -47,15 +46,15 @@ pub enum Route {
 pub struct ToRgb {
     /// Per output channel, red first, a weight per channel of the measurement.
     pub matrix: [Vec<f64>; 3],
-    /// How it came about.
+    /// How the map was chosen.
     pub route: Route,
 }
 
-/// Wavelengths that contribute, nm.
+/// Range of wavelengths that contribute, nm.
 const VISIBLE: std::ops::RangeInclusive<f64> = 380.0..=780.0;
 
 impl ToRgb {
-    /// The map for these channels.
+    /// Makes the map for these channels.
     #[must_use]
     pub fn new(channels: &[Channel]) -> Self {
         if let Some(matrix) = named(channels) {
@@ -76,20 +75,20 @@ impl ToRgb {
         Self::grey(channels.len(), visible, Route::GreyFewWavelengths)
     }
 
-    /// The mean of the channels that are `used`.
+    /// The map to the mean of the `used` ones of `n` channels.
     fn grey(n: usize, used: impl Fn(usize) -> bool, route: Route) -> Self {
         let share = 1.0 / count((0..n).filter(|j| used(*j)).count()).max(1.0);
         let row: Vec<f64> = (0..n).map(|j| if used(j) { share } else { 0.0 }).collect();
         Self { matrix: [row.clone(), row.clone(), row], route }
     }
 
-    /// RGB of one set of values, one per channel.
+    /// Converts one value per channel to RGB.
     #[must_use]
     pub fn apply(&self, values: impl Iterator<Item = f64> + Clone) -> [f64; 3] {
         self.matrix.each_ref().map(|row| row.iter().zip(values.clone()).map(|(weight, f)| weight * f).sum())
     }
 
-    /// The measurement as an image has it: red, green and blue, or a single channel that is grey.
+    /// The measurement converted to red, green and blue, or to a single grey channel.
     #[must_use]
     pub fn measurement<'m>(&self, measurement: &'m Measurement) -> Cow<'m, Measurement> {
         let n = measurement.channels.len();
@@ -113,7 +112,7 @@ impl ToRgb {
             };
             self.matrix.iter().take(names.len()).map(of_colour).collect()
         };
-        // Errors of channels are taken to be independent.
+        // The errors of the channels are assumed to be independent.
         let variances = measurement.sigma.as_ref().map(|sigma| mixed(sigma, &|w, s| (w * s) * (w * s)));
         let root = |row: Vec<f64>| row.into_iter().map(f64::sqrt).collect();
         Cow::Owned(Measurement {
@@ -128,7 +127,7 @@ impl ToRgb {
     }
 }
 
-/// Picks the channels called r, g and b, if each is there once.
+/// The matrix that picks the channels called r, g and b. `None` unless each occurs exactly once.
 fn named(channels: &[Channel]) -> Option<[Vec<f64>; 3]> {
     let row = |names: [&str; 2]| {
         let row: Vec<f64> = channels
@@ -140,7 +139,7 @@ fn named(channels: &[Channel]) -> Option<[Vec<f64>; 3]> {
     Some([row(["r", "red"])?, row(["g", "green"])?, row(["b", "blue"])?])
 }
 
-/// RGB weights of a spectrum.
+/// RGB weights of the channels of a spectrum.
 fn spectral(wavelengths: &[f64]) -> [Vec<f64>; 3] {
     let weights = trapezoid(wavelengths);
     let xyz: Vec<[f64; 3]> = wavelengths
@@ -155,7 +154,7 @@ fn spectral(wavelengths: &[f64]) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|c| rgb.iter().map(|at| at[c]).collect())
 }
 
-/// Weights of the trapezoidal rule on the visible ones of these wavelengths, which may be in any order; 0 for others.
+/// Weights of the trapezoidal rule on the visible wavelengths, in any order; 0 for invisible ones.
 fn trapezoid(wavelengths: &[f64]) -> Vec<f64> {
     let mut order: Vec<(f64, usize)> =
         wavelengths.iter().copied().zip(0..).filter(|(nm, _)| VISIBLE.contains(nm)).collect();
@@ -170,7 +169,7 @@ fn trapezoid(wavelengths: &[f64]) -> Vec<f64> {
     weights
 }
 
-/// xbar, ybar, zbar at a wavelength: sums of Gaussians with a width of their own on either side.
+/// xbar, ybar, zbar at a wavelength: sums of Gaussians that each have a different width on either side.
 fn matching(nm: f64) -> [f64; 3] {
     let lobe = |height: f64, centre: f64, below: f64, above: f64| {
         let t = (nm - centre) * if nm < centre { below } else { above };
@@ -193,7 +192,7 @@ const D65: [f64; 41] = [
     74.3490, 61.6040, 69.8856, 75.0870, 63.5927, 46.4182, 66.8054, 63.3828,
 ];
 
-/// The spectral power of D65 at a visible wavelength, between its table's values; 0 beyond the table.
+/// The spectral power of D65 at a wavelength, interpolated in the table; 0 outside it.
 fn d65(nm: f64) -> f64 {
     let mut low = 380.0;
     for pair in D65.windows(2) {
@@ -216,10 +215,10 @@ pub(super) fn white_xyz() -> Vector3<f64> {
     from_xy([0.3127, 0.3290])
 }
 
-/// Linear RGB to XYZ: columns are the primaries, as bright as they must be to make white together.
+/// Linear RGB to XYZ: the columns are the primaries, scaled so that they add up to white.
 pub(super) static TO_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| {
     let primaries = Matrix3::from_columns(&[[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]].map(from_xy));
-    // Three primaries that make every colour: the system has a solution, and the matrix below an inverse.
+    // The three primaries are independent, so the system has a solution and the matrix below has an inverse.
     let amounts = primaries.lu().solve(&white_xyz()).unwrap_or_default();
     primaries * Matrix3::from_diagonal(&amounts)
 });
@@ -227,7 +226,7 @@ pub(super) static TO_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| {
 /// XYZ to linear RGB.
 static FROM_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| TO_XYZ.try_inverse().unwrap_or_default());
 
-/// Luminance of linear RGB: white has 1.
+/// Luminance of linear RGB, 1 for white.
 #[must_use]
 pub fn luminance(pixel: [f64; 3]) -> f64 {
     TO_XYZ.row(1).transpose().dot(&Vector3::from(pixel))
@@ -242,7 +241,7 @@ mod tests {
     use glam::DVec3;
     use std::collections::BTreeMap;
 
-    /// The CIE 1931 functions every 10 nm from 380 nm, to four digits (CIE 15:2004, table T.4): what the fit approximates.
+    /// The CIE 1931 functions every 10 nm from 380 nm, to four digits (CIE 15:2004, table T.4), which the fit approximates.
     const TABLE: [[f64; 41]; 3] = [
         [
             0.0014, 0.0042, 0.0143, 0.0435, 0.1344, 0.2839, 0.3483, 0.3362, 0.2908, 0.1954, 0.0956, 0.0320,
@@ -331,7 +330,7 @@ mod tests {
         }
     }
 
-    /// Smooth reflectances of many hues have the colour that the table gives them, within what Lab calls hardly visible.
+    /// Smooth reflectances of many hues have the colour that the table gives, up to a hardly visible difference in Lab.
     #[test]
     fn colours_agree_with_the_table() {
         let (wavelengths, to) = spectrum(every(10.0, 380.0, 780.0));

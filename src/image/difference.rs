@@ -1,22 +1,23 @@
-//! How far two images are apart: in radiance, and to an eye.
+//! Differences between two images: in radiance, and as an eye sees them.
 //!
-//! Sums run over the pixels of the mask, the object, and over the three channels. b is the measured image, a the other.
+//! Sums run over the pixels of the mask, which is the object, and over the three channels. b is the measured image, a the
+//! other.
 //!
 //! ```text
-//! relative RMSE = sqrt(sum |a - b|^2 / sum |b|^2)         linear radiance, as it is
+//! relative RMSE = sqrt(sum |a - b|^2 / sum |b|^2)         linear radiance, not exposed
 //! exposure e:     e times the 99th percentile of b's luminance = 1
-//! a' = clip(e a, 0, 1), b' alike
+//! a' = clip(e a, 0, 1), b' likewise
 //! PSNR = -10 log10(sum |a' - b'|^2 / (3 n))               dB; the peak is the exposure's white, 1
 //! delta E_00(Lab(a'), Lab(b'))                            per pixel
 //! ```
 //!
-//! - The relative RMSE has no exposure and no clipping: it sees a highlight in full.
-//! - PSNR and delta E see what a screen would show. The exposure is that of the measured image for both, so an image that is
-//!   too bright stays too bright.
-//! - Lab: CIE 15:2004, 8.2.1, with the white of D65 that RGB (1, 1, 1) is.
-//! - delta E_00: CIEDE2000 with kL = kC = kH = 1, as Sharma, Wu and Dalal 2005 lay it out (doi:10.1002/col.20070); 1 is about
-//!   what a trained eye can tell side by side.
-//! - A percentile p of n values is the one with rank ceil(p n), from below.
+//! - The relative RMSE uses no exposure and no clipping, so highlights count in full.
+//! - PSNR and delta E compare what a screen would show. Both images get the exposure of the measured one, so an image that
+//!   is too bright stays too bright.
+//! - Lab: CIE 15:2004, 8.2.1, with the white of D65, which is RGB (1, 1, 1).
+//! - delta E_00: CIEDE2000 with kL = kC = kH = 1, in the formulation of Sharma, Wu and Dalal 2005 (doi:10.1002/col.20070);
+//!   a trained eye can just tell a difference of about 1 side by side.
+//! - The percentile p of n values is the one with rank ceil(p n) in ascending order.
 
 use super::Image;
 use super::colour::{TO_XYZ, luminance, white_xyz};
@@ -27,7 +28,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Every difference between an image and the measured one.
+/// The differences between an image and the measured one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Differences {
     /// sqrt(sum |a - b|^2 / sum |b|^2) of linear radiance; null where the measured image is black.
@@ -36,9 +37,10 @@ pub struct Differences {
     pub psnr_db: Option<f64>,
     /// CIEDE2000 of the exposed, clipped images.
     pub delta_e_2000: DeltaE2000,
-    /// What radiance is multiplied by before it is clipped: the measured image's 99th percentile of luminance becomes 1.
+    /// The factor that radiance is multiplied by before clipping; it makes the 99th percentile of the measured image's
+    /// luminance 1.
     pub exposure: f64,
-    /// Pixels of the object.
+    /// Number of pixels of the object.
     pub pixels: usize,
 }
 
@@ -58,7 +60,7 @@ pub struct DeltaE2000 {
 /// Compares an image with the measured one over the pixels where `mask` is true.
 ///
 /// # Errors
-/// [`Error::Invalid`] if the images and the mask differ in size, if no pixel is in the mask, or if one of those is not finite.
+/// [`Error::Invalid`] if the images and the mask differ in size, if no pixel is in the mask, or if one in it is not finite.
 pub fn differences(measured: &Image, other: &Image, mask: &[bool]) -> Result<Differences, Error> {
     let exposure = exposure(measured, mask)?;
     let delta_e = delta_e_2000(measured, other, mask, exposure)?;
@@ -88,10 +90,10 @@ pub fn differences(measured: &Image, other: &Image, mask: &[bool]) -> Result<Dif
     })
 }
 
-/// What takes the 99th percentile of the object's luminance to 1; 1 where that is not positive.
+/// The factor that makes the 99th percentile of the object's luminance 1; 1 if that percentile is not positive.
 ///
 /// # Errors
-/// [`Error::Invalid`] if the mask is of another size, if no pixel is in it, or if one of those is not finite.
+/// [`Error::Invalid`] if the mask has a different size, if no pixel is in it, or if one in it is not finite.
 pub fn exposure(image: &Image, mask: &[bool]) -> Result<f64, Error> {
     check(image, mask)?;
     let mut sorted: Vec<f64> = object(image, mask).map(luminance).collect();
@@ -114,21 +116,21 @@ pub fn delta_e_2000(
     check(other, mask)?;
     if (measured.width, measured.height) != (other.width, other.height) {
         let [a, b] = [measured, other].map(|image| format!("{} x {}", image.width, image.height));
-        return Err(Error::invalid("images", "two of a size", format!("{a} and {b}")));
+        return Err(Error::invalid("images", "two images of the same size", format!("{a} and {b}")));
     }
     let shown = |pixel: [f64; 3]| lab(pixel.map(|value| clip(value * exposure)));
     let pixels = measured.pixels.par_iter().zip(&other.pixels).zip(mask);
     Ok(pixels.map(|((b, a), is)| if *is { ciede2000(shown(*b), shown(*a)) } else { 0.0 }).collect())
 }
 
-/// |a - b| per channel and pixel: an image of what two images disagree on.
+/// The image |a - b|, per channel and pixel.
 ///
 /// # Errors
 /// [`Error::Invalid`] if they differ in size.
 pub fn absolute_difference(a: &Image, b: &Image) -> Result<Image, Error> {
     if (a.width, a.height, a.pixels.len()) != (b.width, b.height, b.pixels.len()) {
         let [a, b] = [a, b].map(|image| format!("{} x {}", image.width, image.height));
-        return Err(Error::invalid("images", "two of a size", format!("{a} and {b}")));
+        return Err(Error::invalid("images", "two images of the same size", format!("{a} and {b}")));
     }
     let pixels = a.pixels.iter().zip(&b.pixels);
     let apart = |([ar, ag, ab], [br, bg, bb]): (&[f64; 3], &[f64; 3])| {
@@ -183,7 +185,7 @@ fn percentile(sorted: &[f64], percent: usize) -> f64 {
     sorted[rank - 1]
 }
 
-/// What a screen can show.
+/// Clips a value to the range that a screen can show, 0 to 1.
 pub(super) fn clip(value: f64) -> f64 {
     value.clamp(0.0, 1.0)
 }
@@ -195,32 +197,32 @@ pub fn lab(rgb: [f64; 3]) -> [f64; 3] {
     from_roots(xyz.map(root)).into()
 }
 
-/// The same with its derivatives: a row for each of L*, a*, b*, a column for each of red, green, blue.
+/// Like [`lab`], with derivatives: a row for each of L*, a*, b*, a column for each of red, green, blue.
 pub(super) fn lab_with_slopes(rgb: [f64; 3]) -> (Vector3<f64>, Matrix3<f64>) {
     let relative = Matrix3::from_diagonal(&white_xyz().map(f64::recip)) * *TO_XYZ;
     let xyz = relative * Vector3::from(rgb);
     let roots = Matrix3::from_diagonal(&xyz.map(root_slope)) * relative;
     let columns: Vec<Vector3<f64>> = roots.column_iter().map(|slopes| from_roots(slopes.into())).collect();
     let mut slopes = Matrix3::from_columns(&columns);
-    // A slope has no offset.
+    // The constant 16 of L* has no derivative.
     slopes.row_mut(0).add_scalar_mut(16.0);
     (from_roots(xyz.map(root)), slopes)
 }
 
-/// L*, a*, b* of the roots of X, Y and Z.
+/// L*, a*, b* from the cube roots of X, Y and Z.
 fn from_roots(roots: Vector3<f64>) -> Vector3<f64> {
     let [x, y, z] = roots.into();
     Vector3::new(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))
 }
 
-/// Below (6/29)^3 the cube root would be too steep: a line continues it with the same slope.
+/// Cube root below which, at (6/29)^3, a straight line with the same slope replaces it, since the root gets too steep.
 const KNEE: f64 = 6.0 / 29.0;
 
 fn root(t: f64) -> f64 {
     if t > KNEE * KNEE * KNEE { t.cbrt() } else { t / (3.0 * KNEE * KNEE) + 4.0 / 29.0 }
 }
 
-/// Its derivative.
+/// The derivative of `root`.
 fn root_slope(t: f64) -> f64 {
     let root = root(t).max(KNEE);
     1.0 / (3.0 * root * root)
@@ -231,7 +233,7 @@ fn root_slope(t: f64) -> f64 {
 /// Equation numbers are those of Sharma, Wu and Dalal 2005. Hues are in degrees.
 #[must_use]
 pub fn ciede2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
-    // c^7 / (c^7 + 25^7) under a root: how far the chroma c is from grey (4 and 17).
+    // sqrt(c^7/(c^7 + 25^7)): how far the chroma c is from grey (4 and 17).
     let saturation = |c: f64| {
         let c7 = c.powi(7);
         (c7 / (c7 + 25.0_f64.powi(7))).sqrt()
@@ -244,7 +246,7 @@ pub fn ciede2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
         (a.hypot(b), b.atan2(a).to_degrees().rem_euclid(360.0))
     });
 
-    // Differences of lightness, chroma and hue, the last the short way round (8 to 11).
+    // Differences of lightness, chroma and hue; hue differences are taken the short way round (8 to 11).
     let (dl, dc) = (l2 - l1, c2 - c1);
     let grey = c1 * c2 == 0.0;
     let turn = match h2 - h1 {
@@ -255,7 +257,7 @@ pub fn ciede2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
     };
     let dh = 2.0 * (c1 * c2).sqrt() * (0.5 * turn).to_radians().sin();
 
-    // Means; of hues, in the middle of the short way (12 to 14).
+    // Means; the mean hue lies in the middle of the short way round (12 to 14).
     let (l, c) = (0.5 * (l1 + l2), 0.5 * (c1 + c2));
     let sum = h1 + h2;
     let h = match (h1 - h2).abs() {
@@ -265,7 +267,7 @@ pub fn ciede2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
         _ => 0.5 * (sum - 360.0),
     };
 
-    // Weights (15 to 20) and the turn of chroma against hue in the blue (16, 17, 21).
+    // Weights (15 to 20) and the rotation between chroma and hue in the blue (16, 17, 21).
     let cos = |degrees: f64| degrees.to_radians().cos();
     let t = 1.0 - 0.17 * cos(h - 30.0) + 0.24 * cos(2.0 * h) + 0.32 * cos(3.0 * h + 6.0)
         - 0.20 * cos(4.0 * h - 63.0);
@@ -274,7 +276,7 @@ pub fn ciede2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
     let blue = (h - 275.0) / 25.0;
     let rt = -(60.0 * (-blue * blue).exp()).to_radians().sin() * 2.0 * saturation(c);
     let (l, c, h) = (dl / sl, dc / sc, dh / sh);
-    // (22); rounding could leave the sum below 0.
+    // (22); rounding could make the sum negative.
     (l * l + c * c + h * h + rt * c * h).max(0.0).sqrt()
 }
 
@@ -357,7 +359,7 @@ mod tests {
         let found = differences(&measured, &other, &mask).unwrap();
         assert_relative_eq!(found.exposure, 0.25, max_relative = 1e-12);
         assert_eq!(found.pixels, 3);
-        // |4 - 2|^2 / (1 + 4 + 16), each channel alike.
+        // |4 - 2|^2 / (1 + 4 + 16), the same in each channel.
         assert_relative_eq!(found.relative_rmse.unwrap(), (4.0_f64 / 21.0).sqrt(), max_relative = 1e-12);
         // Exposed: 1 against 0.5, in one of three pixels.
         assert_relative_eq!(found.psnr_db.unwrap(), -10.0 * (0.25_f64 / 3.0).log10(), max_relative = 1e-12);

@@ -1,7 +1,7 @@
-//! Images of a scene: scene radiance in linear RGB, what tells two of them apart, and the bytes of files.
+//! Images of a scene in linear RGB: radiance, differences between two images, and encoding as files.
 //!
-//! RGB has the primaries of ITU-R BT.709 and sRGB and the white of D65; 1 is what a scene calls white until
-//! an exposure says otherwise. docs/use/image.md has every formula.
+//! RGB has the primaries of ITU-R BT.709 and sRGB and the white of D65. Before an exposure is applied, 1 is the white of
+//! the scene. docs/use/image.md has every formula.
 
 #![allow(
     clippy::indexing_slicing,
@@ -36,16 +36,16 @@ pub struct Image {
 }
 
 impl Image {
-    /// An image of these pixels.
+    /// Makes an image of these pixels.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if there are not `width` times `height` of them, or none.
+    /// [`Error::Invalid`] if their number is not `width` times `height`, or if it is 0.
     pub fn new(width: usize, height: usize, pixels: Vec<[f64; 3]>) -> Result<Self, Error> {
         let image = Self { width, height, pixels };
         image.check().map(|()| image)
     }
 
-    /// Whether the number of pixels is what width and height say: the fields are open to all.
+    /// Checks that the number of pixels matches width and height, since the fields are public.
     fn check(&self) -> Result<(), Error> {
         let Self { width, height, .. } = self;
         let expected = width.checked_mul(*height).filter(|n| *n > 0);

@@ -1,31 +1,31 @@
-//! What a pixel is to look like, as a least-squares problem.
+//! The target colour of a pixel as residuals of a least-squares problem.
 //!
-//! For colours close to one another CIEDE2000 is a length: dE^2 = d^T G d with d the difference in L*, a*, b* and G a matrix of the
-//! place. With G = T^T T at the measured colour the residuals of a pixel are
+//! For similar colours CIEDE2000 is a length: dE^2 = d^T G d, with d the difference in L*, a*, b* and G a matrix that
+//! depends on the colour. With G = T^T T at the measured colour, the residuals of a pixel are
 //!
 //! ```text
 //! r = T (Lab(a') - Lab(b'))        a: the image, b: the measured one, both exposed
 //! ```
 //!
-//! - b' = b where a screen shows it, 0 <= b <= 1, and 0 below.
-//! - Where b > 1 a screen shows white, and a > 1 is as right to an eye. Lest anything goes there, both are bent to
-//!   1 + 0.3 (cbrt(v) - 1), which goes on with a tenth of the slope.
-//! - Where b is not that bright, a' = a however bright: what is too bright keeps a slope that leads back.
+//! - b' = b where a screen can show it, 0 <= b <= 1, and 0 below.
+//! - Where b > 1 a screen shows white, and any a > 1 looks the same. So that a is not arbitrary there, both are
+//!   compressed to 1 + 0.3 (cbrt(v) - 1), which continues with a tenth of the slope.
+//! - Where b <= 1, a' = a however bright a is, so that the residual of a value that is too bright keeps its slope.
 
 use super::difference::{ciede2000, lab_with_slopes};
 use nalgebra::{Matrix3, Vector3};
 
-/// The colour that a pixel is to have.
+/// The colour that a pixel should have.
 #[derive(Clone, Debug)]
 pub(crate) struct ColourTarget {
     lab: Vector3<f64>,
     /// T.
     root: Matrix3<f64>,
-    /// Per channel: whether the measured one is as bright as a screen gets.
+    /// Whether the measured value of each channel is beyond the white of a screen.
     white: [bool; 3],
 }
 
-/// How fast the cube root of a value above white counts.
+/// Factor of the cube root of a value above white.
 const SHOULDER: f64 = 0.3;
 
 impl ColourTarget {
@@ -35,7 +35,7 @@ impl ColourTarget {
         Self { lab, root: root(lab), white: measured.map(|value| value > 1.0) }
     }
 
-    /// The residuals of a pixel of linear RGB `x`, exposed, and their derivatives: a row each, with a column per colour.
+    /// The residuals of a pixel of linear RGB `x`, exposed, and their derivatives: a row per residual, a column per colour.
     pub(crate) fn compare(&self, x: [f64; 3]) -> (Vector3<f64>, Matrix3<f64>) {
         let mut shown = x;
         let mut moves = Vector3::repeat(1.0);
@@ -49,15 +49,15 @@ impl ColourTarget {
     }
 }
 
-/// A value that is bent where it is above white, and its derivative.
+/// A value, compressed if it is above white, and its derivative.
 fn bent(value: f64) -> (f64, f64) {
     let root = value.cbrt();
     if value > 1.0 { (1.0 + SHOULDER * (root - 1.0), SHOULDER / (3.0 * root * root)) } else { (value, 1.0) }
 }
 
-/// T with |T d|^2 = dE^2 for small d around a colour.
+/// The matrix T with |T d|^2 = dE^2 for small differences d from a colour.
 fn root(lab: Vector3<f64>) -> Matrix3<f64> {
-    // Small beside what is noticeable, large beside rounding.
+    // Small compared with a noticeable difference, large compared with rounding.
     const STEP: f64 = 0.05;
     let squared = |d: Vector3<f64>| {
         let ends = [lab - STEP * d, lab + STEP * d].map(<[f64; 3]>::from);
@@ -68,7 +68,7 @@ fn root(lab: Vector3<f64>) -> Matrix3<f64> {
     let mixed = |one, other, sum: f64| 0.5 * (squared(one + other) - sum);
     let (la, lb, ab) = (mixed(l, a, ll + aa), mixed(l, b, ll + bb), mixed(a, b, aa + bb));
     let tensor = Matrix3::new(ll, la, lb, la, aa, ab, lb, ab, bb);
-    // Where hues turn too fast for one matrix the axes alone still tell lengths.
+    // If hues change too fast for one matrix, use the lengths along the axes only.
     let axes = || Matrix3::from_diagonal(&Vector3::new(ll, aa, bb).map(f64::sqrt));
     tensor.cholesky().map_or_else(axes, |factor| factor.l().transpose())
 }
@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(away(1.0), 0.0);
         assert!(away(1.1) < 0.5, "{}", away(1.1));
         assert!(away(10.0) > 5.0 && away(100.0) > 1.5 * away(10.0), "{} {}", away(10.0), away(100.0));
-        // Where the measured pixel is not white, every step away from it counts.
+        // If the measured pixel is not white, every step away from it counts.
         let grey = ColourTarget::new([0.9; 3]);
         assert!(grey.compare([1.5; 3]).0.norm() > 8.0);
     }

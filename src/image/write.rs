@@ -1,4 +1,4 @@
-//! Images as the bytes of files: EXR holds radiance, PNG what a screen shows of it.
+//! Encodes images as files: EXR holds radiance, PNG what a screen shows of it.
 
 use super::Image;
 use super::difference::clip;
@@ -13,11 +13,11 @@ use std::io::Cursor;
 /// The name of the attribute of an EXR file that holds the text.
 const ATTRIBUTE: &str = "brdfit";
 
-/// EXR: scan lines from the top, ZIP in blocks of sixteen, 32-bit channels R, G and B, with `text` (JSON, say) in the
-/// attribute `brdfit`.
+/// Encodes as EXR: scan lines from the top, ZIP compression in blocks of sixteen lines, 32-bit channels R, G and B, with
+/// `text`, for example JSON, in the attribute `brdfit`.
 ///
-/// The same image and text give the same bytes. A second attribute would end that: the writer keeps them in a hash map
-/// that orders them anew in every run.
+/// The same image and text give the same bytes. A second attribute would break this, since the writer keeps attributes
+/// in a hash map, whose order changes from run to run.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the number of pixels does not match, [`Error::Encoding`] if the text is empty.
@@ -46,10 +46,10 @@ pub fn exr(image: &Image, text: &str) -> Result<Vec<u8>, Error> {
     Ok(bytes.into_inner())
 }
 
-/// PNG: eight bits per channel with the transfer curve of sRGB, after `exposure` and clipping to 0..1.
+/// Encodes as PNG: eight bits per channel with the transfer curve of sRGB, after `exposure` and clipping to 0..1.
 ///
 /// # Errors
-/// [`Error::Invalid`] if the number of pixels does not match, or a side is longer than the format can say.
+/// [`Error::Invalid`] if the number of pixels does not match, or a side is longer than the format allows.
 pub fn png(image: &Image, exposure: f64) -> Result<Vec<u8>, Error> {
     image.check()?;
     let side = |n: usize| {
@@ -69,16 +69,16 @@ pub fn png(image: &Image, exposure: f64) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// The images beside each other, from the left, with a grey line between them; tops are level.
+/// Places the images side by side from left to right, aligned at the top, with a grey line between them.
 ///
-/// All are taken at one exposure: apply [`Image::exposed`] first where theirs differ.
+/// All get the same exposure; if theirs differ, apply [`Image::exposed`] first.
 ///
 /// # Errors
-/// [`Error::Invalid`] if there is none, or the number of pixels of one does not match.
+/// [`Error::Invalid`] if there is no image, or the number of pixels of one does not match.
 pub fn side_by_side(images: &[&Image]) -> Result<Image, Error> {
     /// Width of the line between two images, pixels.
     const GAP: usize = 4;
-    /// Linear RGB of the line, and of what lies below an image that is lower than the others.
+    /// Linear RGB of the line, and of the area below an image that is less high than the others.
     const GREY: [f64; 3] = [0.2; 3];
     images.iter().try_for_each(|image| image.check())?;
     let height = images.iter().map(|image| image.height).max().unwrap_or(0);
@@ -98,12 +98,13 @@ pub fn side_by_side(images: &[&Image]) -> Result<Image, Error> {
     Image::new(width, height, pixels)
 }
 
-/// Colours of the map from 0 to its top, sRGB: dark violet, blue, teal, green, yellow, growing evenly in lightness (five
-/// points of viridis, by van der Walt and Smith 2015).
+/// Colours of the map from 0 to its top, sRGB: dark violet, blue, teal, green and yellow, with evenly increasing lightness
+/// (five points of viridis, by van der Walt and Smith 2015).
 const MAP: [[f64; 3]; 5] =
     [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
 
-/// A map of values as an image to be shown at exposure 1: violet at 0, yellow at `top` and beyond, black outside the mask.
+/// Makes a false-colour image of values, to be shown at exposure 1: violet at 0, yellow at `top` and above, black outside
+/// the mask.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the number of values does not match.
@@ -115,7 +116,7 @@ pub fn false_colour(
     top: f64,
 ) -> Result<Image, Error> {
     let colour = |value: f64| {
-        // Along the map; what is no number stands where 0 does.
+        // Position along the map; NaN has the colour of 0.
         let t = if top > 0.0 && value > 0.0 { clip(value / top) } else { 0.0 } * count(MAP.len() - 1);
         let low = t.whole().min(MAP.len() - 2);
         let along = t - count(low);
@@ -132,7 +133,7 @@ fn encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// Its inverse.
+/// The inverse of `encode`.
 fn decode(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
@@ -145,7 +146,7 @@ fn byte(value: f64) -> u8 {
 
 #[expect(clippy::cast_possible_truncation, reason = "EXR holds single precision")]
 fn single(value: f64) -> f32 {
-    // What is beyond single precision would be written as infinity.
+    // Values beyond the range of single precision would be written as infinity.
     value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }
 
@@ -223,7 +224,7 @@ mod tests {
             map.pixels.iter().map(|p| bytes(*p)).collect::<Vec<_>>(),
             [[68, 1, 84], [33, 145, 140], [253, 231, 37], [0, 0, 0]]
         );
-        // Lightness grows steadily along the map.
+        // Lightness increases steadily along the map.
         let values: Vec<f64> = (0..=100).map(f64::from).collect();
         let ramp = false_colour(101, 1, &values, &[true; 101], 100.0).unwrap();
         let lightness: Vec<f64> = ramp.pixels.iter().map(|p| super::super::lab(*p)[0]).collect();

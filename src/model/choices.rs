@@ -1,4 +1,4 @@
-//! The variants that a model offers, and those that an expression chose.
+//! The options that a model offers, and the choices of an expression.
 
 use crate::error::{Error, NameKind, excerpt};
 
@@ -7,15 +7,15 @@ use crate::error::{Error, NameKind, excerpt};
 pub struct ModelOption {
     /// Name of the option.
     pub key: &'static str,
-    /// What it chooses.
+    /// What the option chooses, in a few words.
     pub summary: &'static str,
     /// The values that it may take.
     pub values: fn() -> Vec<&'static str>,
-    /// The value that a bare model name means.
+    /// The value if the expression does not give one.
     pub default: &'static str,
 }
 
-/// The value chosen for every option of a model; complete and valid by construction.
+/// The chosen value of every option of a model; complete and valid by construction.
 #[derive(Clone, Debug, Default)]
 pub struct Choices {
     pub(super) chosen: Vec<(&'static str, &'static str)>,
@@ -28,7 +28,7 @@ impl Choices {
         self.chosen.iter().find(|(k, _)| *k == key).map_or("", |(_, value)| value)
     }
 
-    /// The choices for a model whose expression says `given`.
+    /// Completes the choices `given` in an expression with the model's defaults.
     ///
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Invalid`] for an option or value that the model does not have, or one given twice.
@@ -62,7 +62,7 @@ impl Choices {
         Ok(Self { chosen })
     }
 
-    /// The choices in writing: `d=ggx, g=smith, f=schlick`.
+    /// The choices as text: `d=ggx, g=smith, f=schlick`.
     #[must_use]
     pub fn text(&self) -> String {
         self.chosen.iter().map(|(k, v)| format!("{k}={v}")).collect::<Vec<_>>().join(", ")

@@ -1,17 +1,17 @@
-//! What a model says about the light that it gives back.
+//! A model's statement about energy conservation.
 
-/// Whether more light may leave a surface than arrives.
+/// Whether more light can leave a surface than arrives.
 ///
-/// Amplitudes that are albedos or reflectances are at most 1 here; larger ones, which fits may want for a measurement whose scale
-/// is not known, gain energy in any model.
+/// This assumes that amplitudes that are albedos or reflectances are at most 1. Larger ones, which a measurement of
+/// unknown scale may need, gain energy in any model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Energy {
     /// The directional albedo is at most 1 for all shapes.
     Conserved,
     /// The directional albedo exceeds 1 for some shapes and angles of incidence.
     MayGain {
-        /// The largest one that a white furnace finds (tests/health.rs). The head of the model's file has the same figure, and
-        /// says where it comes from.
+        /// The largest albedo found by a white furnace test (tests/health.rs). The head of the model's file gives the same
+        /// figure, and says where it occurs.
         largest_albedo: f64,
     },
 }

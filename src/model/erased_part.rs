@@ -1,7 +1,7 @@
-//! Parts without their types, and the loops of their kernels over a block.
+//! Parts with their types erased, and the loops of their kernels over a block.
 //!
-//! All that is compiled for each part stands here: how it prepares its kernel, and, for each kernel and number of derivatives, the
-//! loop over a block.
+//! Everything that is compiled for each part is here: how it prepares its kernel and, for each kernel and number of
+//! derivatives, the loop over a block.
 #![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
 use super::part::{Kernel, Part, PreparedBy};
@@ -13,37 +13,37 @@ use std::any::{Any, TypeId};
 use std::fmt;
 use std::sync::Arc;
 
-/// A part without its type.
+/// A part with its type erased.
 pub(super) struct ErasedPart {
     pub(super) id: TypeId,
     pub(super) shapes: usize,
     pub(super) functions: usize,
     pub(super) prepares_long: bool,
-    /// By the number of derivatives.
+    /// The rounds, indexed by their number of derivatives.
     rounds: [Round; ROUND + 1],
 }
 
-/// What a part does in one round of evaluation, which finds some of its derivatives.
+/// One round of evaluation of a part, which computes its values and some of its derivatives.
 #[derive(Clone, Copy)]
 pub(super) struct Round {
     pub(super) derivatives: usize,
     /// Runs the kernel over a block, into rows for values and partials.
     pub(super) run: fn(Place<'_>, &mut Preparations, &mut [Row], &mut [Row]),
-    /// Prepares the kernel for some shapes, of which those from the given one on are differentiated.
+    /// Prepares the kernel for given shapes; derivatives are with respect to those from the given index on.
     pub(super) prepare: fn(&[f64], usize) -> Arc<dyn Any + Send + Sync>,
 }
 
-/// Where a round is evaluated.
+/// The block and shapes at which a round is evaluated.
 #[derive(Clone, Copy)]
 pub(super) struct Place<'a> {
     pub(super) arch: Arch,
     pub(super) block: &'a Block,
     pub(super) shapes: &'a [f64],
-    /// The first of the shapes that this round differentiates by.
+    /// Index of the first shape with respect to which this round differentiates.
     pub(super) offset: usize,
 }
 
-/// Derivatives that one round of evaluation finds: dual numbers with more do not fit into the registers.
+/// Largest number of derivatives in one round: dual numbers with more do not fit into the registers.
 const ROUND: usize = 3;
 
 impl Round {
@@ -58,7 +58,7 @@ impl Round {
 
 impl ErasedPart {
     pub(super) const fn of<P: Part>() -> Self {
-        // Only the loops that the part needs are compiled; in the place of the others stands the one without derivatives.
+        // Only the loops that the part needs are compiled; the loop without derivatives takes the place of the others.
         let rounds = const {
             let plain = Round::of::<P, 0>();
             let last = P::SHAPES % ROUND;
@@ -78,7 +78,7 @@ impl ErasedPart {
         }
     }
 
-    /// The round that finds `derivatives` derivatives.
+    /// The round that computes `derivatives` derivatives.
     #[inline]
     fn round(&self, derivatives: usize) -> Round {
         let round = self.rounds[derivatives];
@@ -86,7 +86,8 @@ impl ErasedPart {
         round
     }
 
-    /// The rounds that find all derivatives, each with its first shape; or the one that finds none.
+    /// The rounds that together compute all derivatives, each with the index of its first shape; if not `differentiated`, the
+    /// single round without derivatives.
     #[inline]
     pub(super) fn rounds(&self, differentiated: bool) -> impl Iterator<Item = (usize, Round)> + '_ {
         let shapes = if differentiated { self.shapes } else { 0 };
@@ -104,21 +105,21 @@ impl fmt::Debug for ErasedPart {
     }
 }
 
-/// What a part has prepared. Some prepare by quadrature, which must not be repeated for every block.
+/// What a part has prepared for its kernel. Some parts use quadrature, which must not be repeated for every block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Preparations {
-    /// For the shapes of the last block.
+    /// Preparation for the shapes of the last block.
     last: Option<Prepared>,
-    /// Prepared before the pass, for the shapes of every channel.
+    /// Preparations made before the pass, for the shapes of every channel.
     pub(super) lasting: Vec<Prepared>,
 }
 
-/// What a part has prepared for some shapes and derivatives.
+/// The preparation of a part for given shapes and derivatives.
 #[derive(Clone)]
 pub(super) struct Prepared {
     pub(super) shapes: Vec<f64>,
     pub(super) offset: usize,
-    /// [`PreparedBy`] the part in dual numbers with as many derivatives as the round has.
+    /// Number of derivatives of the dual numbers in `content`, which is [`PreparedBy`] the part.
     pub(super) derivatives: usize,
     pub(super) content: Arc<dyn Any + Send + Sync>,
 }
@@ -136,7 +137,7 @@ impl fmt::Debug for Prepared {
 }
 
 impl Preparations {
-    /// What was prepared for the same shapes before, or is now.
+    /// The preparation for these shapes: a stored one, or a new one if there is none.
     fn get<T: Clone + Send + Sync + 'static>(
         &mut self,
         shapes: &[f64],
@@ -150,7 +151,7 @@ impl Preparations {
             return content.clone();
         }
         let content = prepare(shapes, offset);
-        // The place is used again where it holds the same type and nobody shares it.
+        // Its memory is reused if it holds the same type and is not shared.
         if let Some(last) = &mut self.last
             && let Some(place) = Arc::get_mut(&mut last.content).and_then(|place| place.downcast_mut::<T>())
         {
@@ -171,13 +172,13 @@ fn prepare<P: Part, const N: usize>(shapes: &[f64], offset: usize) -> PreparedBy
     P::prepare(Values::new(&seeds(shapes, offset)))
 }
 
-/// The shapes as dual numbers, those from `offset` on with a derivative each.
+/// The shapes as dual numbers; the `N` shapes from `offset` on are the variables of the derivatives.
 fn seeds<const N: usize>(shapes: &[f64], offset: usize) -> Vec<Dual<f64, N>> {
     let seed = |(j, shape): (usize, &f64)| Dual::variable(*shape, j.wrapping_sub(offset));
     shapes.iter().enumerate().map(seed).collect()
 }
 
-/// Runs a part over a block with `N` derivatives, for its shapes `offset..offset + N`.
+/// Runs a part over a block with `N` derivatives, with respect to its shapes `offset..offset + N`.
 fn run<P: Part, const N: usize>(
     place: Place<'_>,
     preparations: &mut Preparations,
@@ -203,11 +204,11 @@ fn run_kernel<K: Kernel, const N: usize>(
     }
 }
 
-/// With more rings in a block there is little to share.
+/// Largest number of rings in a block for which evaluation per ring pays off.
 pub(super) const MOST_RINGS: usize = 8;
 
-/// Evaluates a kernel at the first sample of every ring, for all of its samples. So few evaluations need no packed
-/// instructions.
+/// Evaluates a kernel at the first sample of every ring and copies the result to all samples of the ring. There are so few
+/// evaluations that packed instructions are not needed.
 fn run_on_rings<K: Kernel, const N: usize>(
     block: &Block,
     prepared: &K::Prepared<Dual<f64, N>>,
@@ -241,7 +242,7 @@ impl<K: Kernel, const N: usize> WithSimd for Run<'_, K, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { block, prepared, values, partials } = self;
-        // Of lengths that the compiler knows: the loop must not branch.
+        // Slices of lengths that the compiler knows, since the loop must not branch.
         let (values, partials) = (&mut values[..K::FUNCTIONS], &mut partials[..N * K::FUNCTIONS]);
         for i in 0..BLOCK {
             let output = K::at(&prepared, &block.at(i));

@@ -1,17 +1,17 @@
-//! Models on blocks of samples.
+//! Evaluates models on blocks of samples.
 //!
-//! A lobe's basis functions are products of [`Part`]s, each a formula with shapes of its own: a microfacet lobe
-//! is a distribution times a visibility times a Fresnel reflectance. Here the parts run over a block one by one,
-//! each in the loop of its [`Kernel`](super::part::Kernel), over rows of known length without branches, which the compiler turns into packed
-//! instructions; the product rule joins what they find. So every formula is written once, for one sample, the number of
-//! compiled loops is that of the kernels, and a part whose shapes have not changed from one channel to the next is not
+//! A lobe's basis functions are products of [`Part`]s, each a formula with its own shapes: a microfacet lobe is a
+//! distribution times a visibility times a Fresnel reflectance. Here the parts run over a block one by one, each in the
+//! loop of its [`Kernel`](super::part::Kernel) over rows of known length without branches, which the compiler turns into
+//! packed instructions; the product rule combines their results. So every formula is written once, for one sample; there
+//! are only as many compiled loops as kernels; and a part whose shapes do not change from one channel to the next is not
 //! evaluated again.
 //!
-//! The loops are compiled for several instruction sets, of which the widest that the machine has is chosen when
-//! the program runs. They all round alike: none of them may fuse a product and a sum.
+//! The loops are compiled for several instruction sets, and the widest that the machine supports is chosen at run time.
+//! They all round in the same way: none of them may fuse a product and a sum.
 //!
-//! Nothing here is compiled for each part: a model shows its parts by type, and an [`ErasedPart`] keeps of each the few numbers
-//! and the functions that differ.
+//! Nothing here is compiled for each part: a model names its parts by type, and an [`ErasedPart`] keeps the few numbers and
+//! functions in which they differ.
 #![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
 use super::erased_part::{ErasedPart, Place, Prepared};
@@ -24,18 +24,18 @@ use pulp::Arch;
 /// Basis functions of one lobe on a block, and their derivatives with respect to the lobe's shapes.
 #[derive(Clone, Debug, Default)]
 pub struct BasisBlock {
-    /// The instruction set; `None` means the widest that the machine has.
+    /// The instruction set. `None` means the widest that the machine supports.
     arch: Option<Arch>,
     parts: Vec<PartBlock>,
     values: Vec<Row>,
-    /// Per shape, a row per function.
+    /// Derivatives: for each shape, a row per function.
     partials: Vec<Vec<Row>>,
-    /// The block with the light mirrored, once a part has asked for it.
+    /// The block with the light mirrored. `None` until a part needs it.
     mirrored: Option<Box<Block>>,
 }
 
 impl BasisBlock {
-    /// One that is evaluated with the instructions that every processor of the kind has, to see what others gain.
+    /// Makes one that uses only the instructions that every processor of this architecture has, to measure the gain of others.
     #[must_use]
     pub fn portable() -> Self {
         Self { arch: Some(Arch::Scalar), ..Self::default() }
@@ -47,21 +47,21 @@ impl BasisBlock {
         &self.values
     }
 
-    /// The derivative of every basis function with respect to a shape, per formula unit (radians). Empty where it was
-    /// not asked for.
+    /// The derivative of every basis function with respect to a shape, per formula unit (radians). Empty if it was not
+    /// requested.
     #[must_use]
     pub fn partials(&self, shape: usize) -> &[Row] {
         self.partials.get(shape).map_or(&[], Vec::as_slice)
     }
 
-    /// Must be called when the block is another, or its content has changed.
+    /// Discards all results. Must be called when the block or its content changes.
     pub fn forget(&mut self) {
         self.parts.iter_mut().for_each(|part| part.evaluated = false);
         self.mirrored = None;
     }
 
-    /// Prepares what takes long for all of `shapes`, one set per channel, so that clones of this one share it. The visitor
-    /// is to be shown the lobe's parts.
+    /// Returns a visitor of the lobe's parts that makes the slow preparations for all of `shapes`, one set per channel, so that
+    /// clones of this block share them.
     pub(super) fn preparation<'a>(
         &'a mut self,
         shapes: &'a [&'a [f64]],
@@ -70,7 +70,7 @@ impl BasisBlock {
         PartPreparation { shapes, derivatives, parts: PartList::new(&mut self.parts) }
     }
 
-    /// Evaluates the parts of a lobe where their shapes have changed. The visitor is to be shown all of them, and then
+    /// Returns a visitor that evaluates the parts of a lobe whose shapes have changed. It must visit all of them and then be
     /// [finished](PartEvaluation::finish).
     pub(super) fn evaluation<'a>(
         &'a mut self,
@@ -92,10 +92,10 @@ impl BasisBlock {
     }
 }
 
-/// The parts of a lobe, in the order in which they are shown.
+/// The parts of a lobe, in the order in which they are visited.
 struct PartList<'a> {
     parts: &'a mut Vec<PartBlock>,
-    /// How many were shown.
+    /// Number of parts visited so far.
     shown: usize,
     mirrored: bool,
 }
@@ -105,7 +105,7 @@ impl<'a> PartList<'a> {
         Self { parts, shown: 0, mirrored: false }
     }
 
-    /// The place of the next part. What another part has left there is forgotten.
+    /// The slot of the next part. The results of another part in it are discarded.
     fn next(&mut self, part: &'static ErasedPart, first: usize) -> &mut PartBlock {
         let (index, mirrored) = (self.shown, self.mirrored);
         self.shown += 1;
@@ -120,7 +120,7 @@ impl<'a> PartList<'a> {
     }
 }
 
-/// Prepares parts for the shapes of all channels.
+/// A visitor that prepares parts for the shapes of all channels.
 pub(super) struct PartPreparation<'a> {
     shapes: &'a [&'a [f64]],
     derivatives: Derivatives<'a>,
@@ -167,7 +167,7 @@ impl Visitor for PartPreparation<'_> {
     }
 }
 
-/// Evaluates parts on a block.
+/// A visitor that evaluates parts on a block.
 pub(super) struct PartEvaluation<'a> {
     block: &'a Block,
     shapes: &'a [f64],
@@ -182,7 +182,7 @@ pub(super) struct PartEvaluation<'a> {
 }
 
 impl PartEvaluation<'_> {
-    /// Evaluates a part, unless it has been for the same shapes on this block.
+    /// Evaluates a part, unless it has already been evaluated for the same shapes on this block.
     fn evaluate(&mut self, part: &'static ErasedPart, first: usize) {
         let shapes = &self.shapes[first..first + part.shapes];
         let differentiated = self.derivatives.include_any(first, part.shapes);
@@ -214,10 +214,10 @@ impl PartEvaluation<'_> {
         }
     }
 
-    /// Joins the parts that were shown, if any of them has changed.
+    /// Multiplies the visited parts, if any of them has changed.
     pub(super) fn finish(self) {
         let Self { parts: PartList { parts, shown, .. }, product: (values, partials), .. } = self;
-        // More parts than these belong to another model.
+        // Further parts are left over from another model.
         let changed = self.changed || parts.len() > shown;
         parts.truncate(shown);
         if changed {
@@ -226,7 +226,7 @@ impl PartEvaluation<'_> {
             let shapes = if self.derivatives == Derivatives::None { 0 } else { self.shapes.len() };
             partials.resize(shapes, Vec::new());
             for (shape, rows) in partials.iter_mut().enumerate() {
-                // Parts may have found more than was asked for.
+                // Parts may have computed more derivatives than requested.
                 let wanted = self.derivatives.include_any(shape, 1);
                 let known = wanted || parts.iter().any(|part| part.depends_on(shape));
                 rows.resize(if known { functions } else { 0 }, Row::filled(0.0));
@@ -268,7 +268,7 @@ mod tests {
         rows.flatten().map(|value| value.to_bits()).collect()
     }
 
-    /// Cells of several rings, the last of them cut short.
+    /// Cells of several rings, the last of which is incomplete.
     fn cells() -> Vec<u32> {
         let grid = HalfDifferenceGrid::merl_centers();
         let above = grid.above_horizon().iter().zip(0_u32..).filter(|(above, _)| **above);
@@ -316,7 +316,7 @@ mod tests {
             REGISTRY.iter().flat_map(|entry| entry.variants()).map(|(model, _)| model).collect();
         for model in variants.iter().chain(variants.iter().rev()) {
             for derivatives in [Derivatives::All, Derivatives::None, Derivatives::All] {
-                // The same numbers for all, so that the shapes do not tell the models apart.
+                // All models get the same numbers, so that their shapes do not distinguish them.
                 let shapes = vec![0.5; shapes(model).len()];
                 let mut fresh = BasisBlock::default();
                 model.evaluate(&block, &shapes, derivatives, &mut fresh);
@@ -345,7 +345,7 @@ mod tests {
             basis.forget();
             model.evaluate(&block, &[m], Derivatives::All, &mut basis);
             assert_eq!(bits(&basis, 1), fresh(cells, m));
-            // Another channel with the same shapes, and one with others.
+            // Another channel with the same shapes, and one with different shapes.
             model.evaluate(&block, &[m], Derivatives::All, &mut basis);
             assert_eq!(bits(&basis, 1), fresh(cells, m));
             model.evaluate(&block, &[0.7], Derivatives::All, &mut basis);

@@ -1,14 +1,14 @@
-//! Sums of models in writing: `lambert + cook-torrance(d=ggx)`.
+//! Sums of models, written as `lambert + cook-torrance(d=ggx)`.
 
 use super::{AnyModel, BasisBlock, Choices, Derivatives, REGISTRY};
 use crate::error::{Error, NameKind, excerpt};
 use crate::geometry::{Block, Directions, Geometry, Row};
 use crate::math::Scalar;
 
-/// One term of a sum.
+/// One model of a sum.
 #[derive(Clone, Debug)]
 pub struct Lobe {
-    /// Name in reports and parameter names: the model's, from the second of its kind on with `#2`, `#3`.
+    /// Name in reports and parameter names: that of the model, followed by `#2`, `#3` from the second of its kind on.
     pub name: String,
     /// The model.
     pub model: AnyModel,
@@ -35,17 +35,17 @@ pub struct Expression {
 /// The values of a lobe's parameters in declared order, in formula units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LobeValues<T = f64> {
-    /// What its basis functions depend on.
+    /// The parameters that the basis functions depend on.
     pub shapes: Vec<T>,
-    /// What multiplies them.
+    /// The parameters that the coefficients of the basis functions depend on.
     pub amplitudes: Vec<T>,
 }
 
 impl Expression {
-    /// Reads `lambert + cook-torrance(d=beckmann, g=v-cavity)`.
+    /// Parses an expression such as `lambert + cook-torrance(d=beckmann, g=v-cavity)`.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] or [`Error::Invalid`] naming the part that is not understood.
+    /// [`Error::UnknownName`] or [`Error::Invalid`], naming the piece that is not understood.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let mut lobes: Vec<Lobe> = Vec::new();
         for term in text.split('+') {
@@ -66,7 +66,7 @@ impl Expression {
         Ok(Self { lobes })
     }
 
-    /// The terms, in the order written.
+    /// The models of the sum, in the order written.
     #[must_use]
     pub fn lobes(&self) -> &[Lobe] {
         &self.lobes
@@ -78,8 +78,8 @@ impl Expression {
         self.lobes.iter().map(Lobe::canonical).collect::<Vec<_>>().join(" + ")
     }
 
-    /// Makes `bases` one per lobe, and prepares in each what takes long for the shapes of every channel. `values` are
-    /// those of the parameters, per channel and lobe.
+    /// Gives `bases` one entry per lobe, and makes the slow preparations in each for the shapes of every channel. `values` holds
+    /// parameter values by channel and lobe.
     #[expect(clippy::indexing_slicing, reason = "every channel has values of every lobe")]
     pub(crate) fn prepare<'a>(
         &self,
@@ -95,8 +95,8 @@ impl Expression {
         }
     }
 
-    /// The BRDF at all `directions`, 1/sr, per channel: what [`Expression::value`] gives for each, by blocks. `parameters`
-    /// are shapes and amplitudes per channel and lobe, in formula units.
+    /// The BRDF at all `directions`, 1/sr, by channel: the values of [`Expression::value`], computed in blocks. `parameters`
+    /// holds shapes and amplitudes by channel and lobe, in formula units.
     #[must_use]
     pub fn values(&self, directions: &Directions, parameters: &[Vec<LobeValues>]) -> Vec<Vec<f64>> {
         let coefficients: Vec<Vec<Vec<f64>>> = parameters
@@ -132,23 +132,23 @@ impl Expression {
         values
     }
 
-    /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes of each lobe in declared order, in
-    /// formula units. 0 where either direction is not above the horizon.
+    /// The BRDF at one pair of directions, 1/sr; 0 if either direction is not above the horizon. Shapes and amplitudes of each
+    /// lobe are in declared order, in formula units.
     #[must_use]
     #[expect(clippy::indexing_slicing, reason = "one pair of directions has one value")]
     pub fn value(&self, geometry: &Geometry<f64>, parameters: &[LobeValues]) -> f64 {
         self.values_in(std::slice::from_ref(geometry), parameters)[0]
     }
 
-    /// The BRDF at some pairs of directions, in any scalar: what [`Expression::value`] gives for each. The crate that calls
-    /// it compiles all models anew, for its scalar.
+    /// The BRDF at several pairs of directions, in any scalar: the values of [`Expression::value`]. The crate that calls it
+    /// compiles all models again for its scalar.
     #[must_use]
     pub fn values_in<T: Scalar>(
         &self,
         geometries: &[Geometry<T::Real>],
         parameters: &[LobeValues<T>],
     ) -> Vec<T> {
-        assert_eq!(parameters.len(), self.lobes.len(), "values of every lobe");
+        assert_eq!(parameters.len(), self.lobes.len(), "one set of values per lobe");
         let zero = T::constant(0.0);
         let mut sums = vec![zero; geometries.len()];
         for (lobe, LobeValues { shapes, amplitudes }) in self.lobes.iter().zip(parameters) {
@@ -170,7 +170,7 @@ impl std::str::FromStr for Expression {
     }
 }
 
-/// Choices as written, option and value.
+/// Choices as written: pairs of option and value.
 type Given = Vec<(String, String)>;
 
 /// Splits `name(key=value, key=value)`.

@@ -1,4 +1,4 @@
-//! The zoo: what a model is, and the registry of all of them.
+//! Models: the interface of a model, and the registry of all of them.
 //!
 //! For fixed shape parameters every reflectance model here is a sum of basis functions of the geometry,
 //!
@@ -6,13 +6,13 @@
 //! f_c(wi, wo) = sum_k a_k(amplitudes_c) B_k(wi, wo; shapes)          [1/sr]
 //! ```
 //!
-//! and a [`Model`] is exactly these two functions, each written once for any [`Scalar`]. All that the
-//! fit needs follows: derivatives with respect to shapes by evaluating the basis on dual numbers,
-//! derivatives with respect to amplitudes by evaluating the (tiny) coefficients on dual numbers once per
-//! pass, and one basis shared by all channels. The basis is a product of one or more [`Part`]s, which is
-//! how models whose parts are exchangeable stay fast, and how channels share what they have in common.
+//! and a [`Model`] is exactly these two functions, each written once for any [`Scalar`]. Everything that a fit needs
+//! follows: derivatives with respect to shapes by evaluating the basis on dual numbers, derivatives with respect to
+//! amplitudes by evaluating the (tiny) coefficients on dual numbers once per pass, and one basis shared by all channels.
+//! The basis is a product of one or more [`Part`]s. This keeps models with exchangeable parts fast, and lets channels share
+//! the parts that they have in common.
 //!
-//! To add a model: copy the file of the one most like it, and add one line to the list in `registry.rs`.
+//! To add a model: copy the file of the most similar one, and add one line to the list in `registry.rs`.
 
 mod choices;
 mod energy;
@@ -50,41 +50,41 @@ pub use values::Values;
 
 use crate::math::Scalar;
 
-/// One reflectance lobe. See the module documentation for the form.
+/// One reflectance lobe, in the form that the module documentation gives.
 #[doc(hidden)]
 pub trait Model: Sized {
-    /// A coefficient for every basis function.
+    /// One coefficient per basis function.
     type Coefficients<T: Scalar>: AsRef<[T]>;
 
     /// Name in expressions and reports.
     const NAME: &'static str;
-    /// What it models, in one line.
+    /// What the model describes, in one line.
     const SUMMARY: &'static str;
     /// Where the formula comes from.
     const REFERENCE: &'static str;
     /// The variants that an expression may choose from.
     const OPTIONS: &'static [ModelOption] = &[];
-    /// Whether light and viewer may be exchanged.
+    /// Whether f is the same when light and viewer are exchanged.
     const RECIPROCAL: bool = true;
 
-    /// The variant that `choices` describe.
+    /// Makes the variant that `choices` describe.
     fn build(choices: &Choices) -> Self;
 
-    /// The parameters; shapes and amplitudes in any order.
+    /// The parameters, with shapes and amplitudes in any order.
     fn parameters(&self) -> Vec<ParamSpec>;
 
-    /// Shows the parts whose products the basis functions are, in 1/sr. Shapes are numbered in declared order.
+    /// Passes to `visitor` the parts whose products are the basis functions, in 1/sr. Shapes are numbered in declared order.
     fn visit(&self, visitor: &mut impl Visitor);
 
-    /// The coefficients of the basis functions. Amplitudes come in declared order.
+    /// The coefficients of the basis functions. Amplitudes are in declared order.
     fn coefficients<T: Scalar>(&self, amplitudes: Values<'_, T>) -> Self::Coefficients<T>;
 
-    /// Pairs of parameters whose product is determined better than either of them.
+    /// Pairs of parameters whose product is better determined than either of them.
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         &[]
     }
 
-    /// Whether more light may leave the surface than arrives. A test measures that it is so.
+    /// Whether more light can leave the surface than arrives. A test checks this by integration.
     fn energy(&self) -> Energy {
         Energy::Conserved
     }

@@ -1,4 +1,4 @@
-//! What a model says about its parameters.
+//! The description of a model's parameters.
 
 /// The unit that a parameter is given and reported in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -6,15 +6,15 @@
 pub enum Unit {
     /// Dimensionless.
     One,
-    /// Degrees outside, radians inside the formulas.
+    /// Degrees for the user, radians in the formulas.
     Degrees,
-    /// The unit of MERL values before the scale of each of the three channels is applied, as some published tables
-    /// have it: (1, 1.15, 1.66) for r, g, b, without the common 1/1500.
+    /// The unit of MERL values before the scales of the three channels are applied, which some published tables use. The
+    /// scales are (1, 1.15, 1.66) for r, g, b, without the common 1/1500.
     UnscaledMerl,
 }
 
 impl Unit {
-    /// How reports write it.
+    /// The unit as reports write it.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {
@@ -24,7 +24,7 @@ impl Unit {
         }
     }
 
-    /// The number of formula units in one reported unit, for a parameter of a channel or of all.
+    /// The number of formula units in one reported unit, for a parameter of this channel. `None` means all channels.
     #[must_use]
     pub fn factor(self, channel: Option<usize>) -> f64 {
         match (self, channel) {
@@ -36,16 +36,16 @@ impl Unit {
     }
 }
 
-/// How a parameter enters the model.
+/// The way in which a parameter enters the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Only through the coefficients of the basis: solved by linear least squares in most models.
+    /// It enters only the coefficients of the basis; in most models linear least squares finds it.
     Amplitude,
-    /// Through the basis functions themselves.
+    /// It enters the basis functions themselves.
     Shape,
 }
 
-/// Whether the channels of a measurement share a parameter unless told otherwise.
+/// Whether the channels of a measurement share a parameter by default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sharing {
     /// One value for all channels.
@@ -61,38 +61,38 @@ pub enum Scale {
     Linear,
     /// Its logarithm, for positive quantities that span decades.
     Log,
-    /// Its square, for quantities of which the model knows nothing else. At 0 their own derivative is 0,
-    /// whichever way the cost goes, and a fit that came there would stay.
+    /// Its square, for quantities that enter the model only as squares. At 0 the derivative with respect to the parameter
+    /// itself is 0, so a fit that reached 0 could not leave it.
     Square,
 }
 
-/// Which values of a parameter make its lobe sharper.
+/// Whether small or large values of a parameter make its lobe sharper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sharper {
-    /// Small ones: a roughness.
+    /// Small values make it sharper, as for a roughness.
     Smaller,
-    /// Large ones: an exponent.
+    /// Large values make it sharper, as for an exponent.
     Larger,
 }
 
-/// One parameter of a model: the whole contract between the formula and every tool.
+/// One parameter of a model: everything that the rest of the program needs to know about it.
 ///
 /// Values are in the reported [`Unit`].
 #[derive(Clone, Debug)]
 pub struct ParamSpec {
-    /// The field's symbol, as on the command line and in reports.
+    /// The symbol, as used in the literature, on the command line and in reports.
     pub name: &'static str,
-    /// What it is, in a few words.
+    /// The meaning, in a few words.
     pub summary: &'static str,
     /// Unit of all values here.
     pub unit: Unit,
     /// Smallest and largest value.
     pub bounds: (f64, f64),
-    /// Where a fit starts when nothing better is known.
+    /// The value at which a fit starts if nothing better is known.
     pub initial: f64,
     /// The range that the search for a start scans.
     pub typical: (f64, f64),
-    /// Whether the search for a start scans it; otherwise it starts at `initial`.
+    /// Whether the search for a start scans it. If not, it starts at `initial`.
     pub scanned: bool,
     /// Whether it is fixed at `initial` unless freed.
     pub fixed: bool,
@@ -100,12 +100,12 @@ pub struct ParamSpec {
     pub role: Role,
     /// Shared or per channel.
     pub sharing: Sharing,
-    /// Linear or logarithmic.
+    /// Linear, logarithmic or square.
     pub scale: Scale,
-    /// The parameter of the same model that this one equals on data that do not know the half vector's
-    /// azimuth.
+    /// The parameter of the same model that this one is tied to if the data do not contain the azimuth of the half vector.
+    /// `None` if there is no such parameter.
     pub isotropic_as: Option<&'static str>,
-    /// Whether lobes of one kind are put in order by this parameter, the sharpest first, and how.
+    /// How this parameter sorts lobes of one kind, sharpest first. `None` if it does not sort them.
     pub sharper: Option<Sharper>,
 }
 
@@ -157,7 +157,7 @@ impl ParamSpec {
         }
     }
 
-    /// A value of this parameter, one for all channels, in the unit of the formulas.
+    /// Converts a value that applies to all channels to the unit of the formulas.
     #[must_use]
     pub fn in_formula_units(&self, value: f64) -> f64 {
         value * self.unit.factor(None)
@@ -169,7 +169,7 @@ impl ParamSpec {
         Self { sharing: Sharing::PerChannel, ..self }
     }
 
-    /// The same parameter, left at its initial value by the search for a start.
+    /// The same parameter, which the search for a start leaves at its initial value.
     #[must_use]
     pub const fn unscanned(self) -> Self {
         Self { scanned: false, ..self }
@@ -181,13 +181,13 @@ impl ParamSpec {
         Self { fixed: true, ..self }
     }
 
-    /// The same parameter, equal to `other` on data that do not know the half vector's azimuth.
+    /// The same parameter, tied to `other` if the data do not contain the azimuth of the half vector.
     #[must_use]
     pub const fn isotropic_as(self, other: &'static str) -> Self {
         Self { isotropic_as: Some(other), ..self }
     }
 
-    /// The same parameter, putting lobes of one kind in order.
+    /// The same parameter, used to sort lobes of one kind.
     #[must_use]
     pub const fn sharper_when(self, sharper: Sharper) -> Self {
         Self { sharper: Some(sharper), ..self }

@@ -1,26 +1,26 @@
-//! What a part has found on a block.
+//! The results of a part on a block.
 #![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
 use super::erased_part::{ErasedPart, Preparations};
 use crate::geometry::Row;
 
-/// One part on a block.
+/// The results of one part on a block.
 #[derive(Clone, Debug)]
 pub(super) struct PartBlock {
     pub(super) part: &'static ErasedPart,
-    /// Which of the lobe's shapes is the part's first.
+    /// Index of the part's first shape among the lobe's shapes.
     pub(super) first: usize,
     /// Whether the light is mirrored.
     pub(super) mirrored: bool,
-    /// Whether it was evaluated on this block, for which shapes, and whether with derivatives.
+    /// Whether it was evaluated on this block; the next fields say for which shapes, and whether with derivatives.
     pub(super) evaluated: bool,
     pub(super) shapes: Vec<f64>,
     pub(super) differentiated: bool,
-    /// The product that it belongs to.
+    /// Index of the product that it belongs to.
     pub(super) term: usize,
-    /// A row per function.
+    /// Values: a row per function.
     pub(super) values: Vec<Row>,
-    /// For each of the part's shapes, a row per function.
+    /// Derivatives: for each of the part's shapes, a row per function.
     pub(super) partials: Vec<Row>,
     pub(super) prepared: Preparations,
 }
@@ -41,13 +41,13 @@ impl PartBlock {
         }
     }
 
-    /// Whether one function multiplies all of the lobe's.
+    /// Whether it has a single function, which multiplies all basis functions of the lobe.
     #[inline(always)]
     pub(super) fn is_common(&self) -> bool {
         self.part.functions == 1
     }
 
-    /// Which row stands for basis function `k`.
+    /// Index of the row for basis function `k`.
     #[inline(always)]
     pub(super) fn row(&self, k: usize) -> usize {
         if self.is_common() { 0 } else { k }
@@ -59,7 +59,7 @@ impl PartBlock {
         &self.values[self.row(k)]
     }
 
-    /// Its derivative with respect to the lobe's shape number `shape`; `None` means that it does not depend on it.
+    /// The derivative of that factor with respect to the lobe's shape number `shape`. `None` if it does not depend on it.
     #[inline(always)]
     pub(super) fn partial(&self, shape: usize, k: usize) -> Option<&Row> {
         let j = shape.checked_sub(self.first)?;

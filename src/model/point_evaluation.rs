@@ -1,7 +1,7 @@
-//! Models at single pairs of directions, in any scalar.
+//! Evaluates models at single pairs of directions, in any scalar.
 //!
-//! The slow way, for what blocks cannot do: single precision, wide numbers, numbers that count operations, and dual numbers
-//! of other crates. Every scalar compiles every kernel once more.
+//! This is the slow way, for what blocks cannot do: single precision, wide numbers, numbers that count operations, and dual
+//! numbers of other crates. Every kernel is compiled once more for each scalar.
 #![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
 use super::part::{Kernel, Part, Visitor};
@@ -10,13 +10,13 @@ use crate::geometry::Geometry;
 use crate::math::Scalar;
 use std::borrow::Cow;
 
-/// The basis functions of a lobe at some pairs of directions.
+/// A visitor that evaluates the basis functions of a lobe at several pairs of directions.
 pub(super) struct PointEvaluation<'a, T: Scalar> {
     geometries: Cow<'a, [Geometry<T::Real>]>,
     shapes: &'a [T],
-    /// Of the terms before, each at all pairs.
+    /// Basis functions of the previous terms, each at all pairs.
     basis: Vec<Vec<T>>,
-    /// The product of this term's parts so far; empty before the first.
+    /// The product of this term's parts so far; empty before the first part.
     product: Vec<Vec<T>>,
 }
 
@@ -31,7 +31,7 @@ impl<'a, T: Scalar> PointEvaluation<'a, T> {
         self.basis
     }
 
-    /// Multiplies the term by a part's functions, where one function stands for all.
+    /// Multiplies the term by a part's functions; a single function multiplies all functions of the term.
     fn multiply(&mut self, factors: Vec<Vec<T>>) {
         let times = |a: &Vec<T>, b: &Vec<T>| a.iter().zip(b).map(|(a, b)| *a * *b).collect();
         self.product = match (self.product.as_slice(), factors.as_slice()) {
@@ -61,7 +61,7 @@ impl<T: Scalar> Visitor for PointEvaluation<'_, T> {
     }
 }
 
-/// The functions of a kernel, each at all pairs of directions.
+/// Evaluates the functions of a kernel, each at all pairs of directions.
 fn functions<K: Kernel, T: Scalar>(
     prepared: &K::Prepared<T>,
     geometries: &[Geometry<T::Real>],

@@ -1,15 +1,15 @@
-//! The product rule on rows: what the parts of a lobe have found makes its basis functions and their derivatives.
+//! The product rule on rows: multiplies the results of a lobe's parts into its basis functions and their derivatives.
 #![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
 use super::part_block::PartBlock;
 use crate::geometry::Row;
 use pulp::{Simd, WithSimd};
 
-/// Multiplies the parts of each term of a lobe, into rows of which there is one per function.
+/// The parts of a lobe, and the rows that receive their products, one per basis function.
 pub(super) struct Product<'a> {
     pub(super) parts: &'a [PartBlock],
     pub(super) values: &'a mut [Row],
-    /// Per shape; no rows for one that is not differentiated by.
+    /// Rows of derivatives by shape; empty for a shape without derivatives.
     pub(super) partials: &'a mut [Vec<Row>],
 }
 
@@ -28,25 +28,25 @@ impl WithSimd for Product<'_> {
     }
 }
 
-/// The parts of each term.
+/// Splits the parts into those of each term.
 #[inline(always)]
 fn terms(parts: &[PartBlock]) -> impl Iterator<Item = &[PartBlock]> {
     parts.chunk_by(|a, b| a.term == b.term)
 }
 
-/// How many functions the parts of one term have.
+/// Number of basis functions of one term.
 #[inline(always)]
 fn functions(term: &[PartBlock]) -> usize {
     term.iter().map(|part| part.part.functions).max().unwrap_or(0)
 }
 
-/// How many basis functions the parts of a lobe make.
+/// Number of basis functions of a lobe with these parts.
 pub(super) fn basis_functions(parts: &[PartBlock]) -> usize {
     terms(parts).map(functions).sum()
 }
 
-/// Multiplies the parts of one term, whose rows of partials begin at `start`: those that multiply all functions first, and
-/// once for all of them.
+/// Multiplies the parts of one term, whose rows of partials begin at `start`. Parts that multiply all functions come first
+/// and are multiplied only once.
 #[inline(always)]
 fn multiply_term(parts: &[PartBlock], values: &mut [Row], partials: &mut [Vec<Row>], start: usize) {
     let common_first =
@@ -62,7 +62,8 @@ fn multiply_term(parts: &[PartBlock], values: &mut [Row], partials: &mut [Vec<Ro
         }
         return;
     };
-    // The first two parts are joined from where they lie: into the first row if no function tells them apart.
+    // The first two parts are multiplied directly from their own rows; into the first row only, if both multiply all
+    // functions.
     let joined = if second.is_common() { 1 } else { values.len() };
     for (k, value) in values[..joined].iter_mut().enumerate() {
         let (v, f) = (first.value(k), second.value(k));
@@ -74,7 +75,7 @@ fn multiply_term(parts: &[PartBlock], values: &mut [Row], partials: &mut [Vec<Ro
     let mut rows_in_use = joined;
     for (before, part) in order.enumerate().map(|(index, part)| (index + 2, part)) {
         let known = |shape| common_first().take(before).any(|earlier| earlier.depends_on(shape));
-        // The first part that tells functions apart makes the other rows out of the first one.
+        // The first part with several functions makes the other rows from the first one.
         if !part.is_common() && rows_in_use < values.len() {
             let (product, others) = values.split_at_mut(1);
             for (k, value) in others.iter_mut().enumerate().map(|(index, value)| (index + 1, value)) {
@@ -102,7 +103,7 @@ fn multiply_term(parts: &[PartBlock], values: &mut [Row], partials: &mut [Vec<Ro
     }
 }
 
-/// The shapes that have rows, with these.
+/// The shapes that have rows of derivatives, with these rows.
 #[inline(always)]
 fn differentiated(partials: &mut [Vec<Row>]) -> impl Iterator<Item = (usize, &mut Vec<Row>)> {
     partials.iter_mut().enumerate().filter(|(_, rows)| !rows.is_empty())
@@ -116,13 +117,13 @@ fn copy_or_clear(out: &mut Row, row: Option<&Row>) {
     }
 }
 
-/// v f.
+/// Computes v f.
 #[inline(always)]
 fn multiply(out: &mut Row, v: &Row, f: &Row) {
     out.iter_mut().zip(v).zip(f).for_each(|((out, v), f)| *out = v * f);
 }
 
-/// (v f)' = v' f + v f', where either may not depend on the shape.
+/// Computes (v f)' = v' f + v f'. `None` for a derivative means that the factor does not depend on the shape.
 #[inline(always)]
 fn product_rule(out: &mut Row, (v, dv): (&Row, Option<&Row>), (f, df): (&Row, Option<&Row>)) {
     match (dv, df) {
@@ -136,7 +137,7 @@ fn product_rule(out: &mut Row, (v, dv): (&Row, Option<&Row>), (f, df): (&Row, Op
     }
 }
 
-/// The same with v' in its place, if v `depends` on the shape.
+/// Like [`product_rule`], but replaces v' in `slope` by the result. v' is 0 unless v `depends` on the shape.
 #[inline(always)]
 fn product_rule_in_place(slope: &mut Row, depends: bool, v: &Row, (f, df): (&Row, Option<&Row>)) {
     match (depends, df) {

@@ -1,6 +1,6 @@
 //! The registry of all models.
 //!
-//! To add a model: copy the file of the one most like it, and add one line to the `models!` list below.
+//! To add a model: copy the file of the most similar one, and add one line to the `models!` list below.
 #![allow(clippy::indexing_slicing, reason = "a kernel: an index beyond the end is a mistake in a model")]
 
 use super::Model;
@@ -24,24 +24,24 @@ use crate::error::Error;
 use crate::geometry::{Block, Geometry};
 use crate::math::{Dual, Scalar};
 
-/// What the registry knows of a model before any variant of it is built.
+/// What the registry knows about a model before a variant of it is built.
 #[derive(Clone, Copy, Debug)]
 pub struct ModelEntry {
     /// Name in expressions and reports.
     pub name: &'static str,
-    /// What it models, in one line.
+    /// What the model describes, in one line.
     pub summary: &'static str,
     /// Where the formula comes from.
     pub reference: &'static str,
     /// The variants that an expression may choose from.
     pub options: &'static [ModelOption],
-    /// Whether light and viewer may be exchanged.
+    /// Whether f is the same when light and viewer are exchanged.
     pub reciprocal: bool,
     build: fn(&Choices) -> AnyModel,
 }
 
 impl ModelEntry {
-    /// The model with the choices in `given`, defaults elsewhere.
+    /// Builds the model with the choices in `given`, and defaults for other options.
     ///
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Invalid`] for an option or value that the model does not have.
@@ -50,7 +50,7 @@ impl ModelEntry {
         Ok(((self.build)(&choices), choices))
     }
 
-    /// Every combination of choices that the model offers, the default one first.
+    /// Every combination of choices that the model offers, with the default first.
     #[must_use]
     pub fn variants(&self) -> Vec<(AnyModel, Choices)> {
         let mut combinations = vec![Choices::default()];
@@ -76,18 +76,18 @@ impl ModelEntry {
 /// (`partials[j][k]`: amplitude j, basis function k).
 #[derive(Clone, Debug, Default)]
 pub struct LobeCoefficients {
-    /// Per basis function.
+    /// The coefficient of each basis function.
     pub values: Vec<f64>,
-    /// Per amplitude, per basis function.
+    /// Derivatives by amplitude and basis function.
     pub partials: Vec<Vec<f64>>,
 }
 
-/// Counts the basis functions of the parts that it is shown.
+/// A visitor that counts the basis functions of a lobe.
 #[derive(Default)]
 struct FunctionCount {
-    /// Of the terms before.
+    /// Number of functions of the previous terms.
     before: usize,
-    /// Of this term.
+    /// Number of functions of this term.
     term: usize,
 }
 
@@ -141,16 +141,15 @@ fn values<M: Model, T: Scalar>(
     sums
 }
 
-/// Makes the closed set of models from one line each, so that code generic in the scalar can be called
-/// on any of them.
+/// Makes the enum of all models from one line each, so that code generic in the scalar can be called on any of them.
 macro_rules! models {
     ($($module:ident::$model:ident),* $(,)?) => {
         /// Any model of the registry.
         #[derive(Clone, Debug)]
-        #[expect(missing_docs, reason = "each variant is documented at its model")]
+        #[expect(missing_docs, reason = "each model has its own documentation")]
         pub enum AnyModel { $($model($module::$model)),* }
 
-        /// Every model, in the order in which they are listed to users.
+        /// All models, in the order in which they are listed for users.
         pub const REGISTRY: &[ModelEntry] = &[$(ModelEntry {
             name: <$module::$model as Model>::NAME,
             summary: <$module::$model as Model>::SUMMARY,
@@ -173,13 +172,13 @@ macro_rules! models {
                 match self { $(Self::$model(m) => m.parameters()),* }
             }
 
-            /// Pairs of parameters whose product is determined better than either of them.
+            /// Pairs of parameters whose product is better determined than either of them.
             #[must_use]
             pub fn products(&self) -> &'static [(&'static str, &'static str)] {
                 match self { $(Self::$model(m) => m.products()),* }
             }
 
-            /// Whether more light may leave the surface than arrives.
+            /// Whether more light can leave the surface than arrives.
             #[must_use]
             pub fn energy(&self) -> Energy {
                 match self { $(Self::$model(m) => m.energy()),* }
@@ -189,7 +188,7 @@ macro_rules! models {
                 match self { $(Self::$model(m) => m.visit(visitor)),* }
             }
 
-            /// The basis functions on a block and those of their derivatives with respect to shapes that are wanted.
+            /// Evaluates the basis functions on a block, with the requested derivatives with respect to shapes.
             pub fn evaluate(
                 &self,
                 block: &Block,
@@ -202,7 +201,7 @@ macro_rules! models {
                 evaluation.finish();
             }
 
-            /// Prepares what takes long for the shapes of every channel, so that clones of `out` share it.
+            /// Makes the slow preparations for the shapes of every channel, so that clones of `out` share them.
             pub fn prepare(&self, shapes: &[&[f64]], derivatives: Derivatives<'_>, out: &mut BasisBlock) {
                 self.visit(&mut out.preparation(shapes, derivatives));
             }
@@ -213,9 +212,9 @@ macro_rules! models {
                 match self { $(Self::$model(m) => coefficients(m, amplitudes)),* }
             }
 
-            /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes in declared order, in formula units.
+            /// The BRDF at one pair of directions, 1/sr. Shapes and amplitudes are in declared order, in formula units.
             ///
-            /// Compiled here once: [`Self::value_in`] compiles all models anew in the crate that calls it.
+            /// This is compiled once, here; [`Self::value_in`] compiles all models again in the crate that calls it.
             #[must_use]
             pub fn value(&self, geometry: &Geometry<f64>, shapes: &[f64], amplitudes: &[f64]) -> f64 {
                 self.value_in(geometry, shapes, amplitudes)
@@ -232,14 +231,14 @@ macro_rules! models {
                 self.values_in(std::slice::from_ref(geometry), shapes, amplitudes)[0]
             }
 
-            /// The BRDF at some pairs of directions, each as [`Self::value`] has it; what the shapes alone decide is
-            /// prepared once for all.
+            /// The BRDF at several pairs of directions: the values of [`Self::value`], with the preparation for the shapes done only
+            /// once.
             #[must_use]
             pub fn values(&self, geometries: &[Geometry<f64>], shapes: &[f64], amplitudes: &[f64]) -> Vec<f64> {
                 self.values_in(geometries, shapes, amplitudes)
             }
 
-            /// What [`Self::values`] gives, in any scalar.
+            /// Like [`Self::values`], in any scalar.
             #[must_use]
             pub fn values_in<T: Scalar>(
                 &self,

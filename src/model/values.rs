@@ -1,23 +1,23 @@
-//! Parameter values on their way into a model.
+//! Passing parameter values to a model.
 
 use crate::math::Scalar;
 
 /// Parameter values, handed out in the order in which the model declares its parameters.
 ///
-/// A value that is missing reads as NaN, so that a mismatch shows up as a non-finite result.
+/// A missing value is NaN, so that a mismatch shows up as a result that is not finite.
 #[derive(Clone, Debug)]
 pub struct Values<'a, T> {
     remaining: &'a [T],
 }
 
 impl<'a, T: Scalar> Values<'a, T> {
-    /// Hands out `values` from the first on.
+    /// Starts at the first of `values`.
     #[must_use]
     pub fn new(values: &'a [T]) -> Self {
         Self { remaining: values }
     }
 
-    /// The next `N` values.
+    /// Takes the next `N` values.
     pub fn take<const N: usize>(&mut self) -> [T; N] {
         std::array::from_fn(|_| match self.remaining.split_first() {
             Some((&value, rest)) => {

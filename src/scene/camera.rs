@@ -7,17 +7,17 @@ use glam::DVec3;
 pub(super) struct Camera {
     pub position: DVec3,
     forward: DVec3,
-    /// From the centre of the image to its right edge, at distance 1.
+    /// Vector from the centre of the image to its right edge, at distance 1.
     right: DVec3,
-    /// From the centre of the image to its upper edge, at distance 1.
+    /// Vector from the centre of the image to its upper edge, at distance 1.
     up: DVec3,
     pub width: u32,
     pub height: u32,
 }
 
 impl Camera {
-    /// A camera that looks along `forward`, unit, with `up`, not parallel to it, upright in the image; `half` is half of the angle
-    /// between the image's upper and lower edge, radians.
+    /// A camera that looks along the unit vector `forward`, with `up`, which must not be parallel to it, pointing up in the
+    /// image. `half` is half of the angle between the upper and lower edge of the image, radians.
     pub fn new(position: DVec3, forward: DVec3, up: DVec3, half: f64, (width, height): (u32, u32)) -> Self {
         let right = forward.cross(up).normalize();
         let tall = half.tan();

@@ -1,4 +1,4 @@
-//! A scene, read and checked, and how large it may be. `read` makes it, `view` says what it shows.
+//! A scene that has been read and checked, and its largest sizes. `read` makes it, `view` computes what it shows.
 
 use super::camera::Camera;
 use super::lights::Lamp;
@@ -8,14 +8,15 @@ use std::path::{Path, PathBuf};
 
 /// Name of the schema of a scene.
 pub const SCHEMA: &str = "brdfit.scene/1";
-/// The most pixels along a side of the image.
+/// Largest number of pixels along a side of the image.
 pub const LARGEST_SIDE: u32 = 4096;
-/// The most points that all lights of a scene may be divided into.
+/// Largest number of points that all lights of a scene together may be divided into.
 pub const MOST_LIGHT_SAMPLES: u32 = 1 << 16;
-/// The most samples of a view: pixels that see the surface times points of light. 320 MiB of them.
+/// Largest number of samples of a view, which is the number of pixels that see the surface times that of points of light.
+/// They take 320 MiB.
 pub const MOST_SAMPLES: usize = 1 << 22;
 
-/// How many times as many points of light [`Scene::finer_view`] has.
+/// Factor by which [`Scene::finer_view`] increases the number of points of light.
 pub const FINER: u32 = 4;
 
 /// A surface, a camera and lights, read and checked.
@@ -25,24 +26,24 @@ pub struct Scene {
     pub(super) camera: Camera,
     pub(super) surface: Surface,
     pub(super) lamps: Vec<Lamp>,
-    /// The same lights as [`FINER`] times as many points.
+    /// The same lights divided into [`FINER`] times as many points.
     pub(super) finer_lamps: Vec<Lamp>,
 }
 
 impl Scene {
-    /// The file that it came from.
+    /// The file that it was read from.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Pixels along the width and the height of its image.
+    /// Width and height of its image, pixels.
     #[must_use]
     pub fn size(&self) -> (u32, u32) {
         (self.camera.width, self.camera.height)
     }
 
-    /// The error for a scene that cannot be shown.
+    /// The error for a scene that cannot be rendered.
     pub(super) fn wrong(&self, expected: impl Into<String>, found: impl Into<String>) -> Error {
         Error::malformed(&self.path, Place::File, expected, found)
     }

@@ -1,4 +1,4 @@
-//! Light from afar, as an OpenEXR image of all directions.
+//! Distant light from all directions, given by an OpenEXR image.
 //!
 //! The image is a latitude-longitude map with +z at its upper edge: the centre of column i and row j of W x H pixels lies at
 //!
@@ -6,11 +6,13 @@
 //! theta = pi (j + 1/2)/H from +z        phi = pi - 2 pi (i + 1/2)/W        wi = (sin theta cos phi, sin theta sin phi, cos theta)
 //! ```
 //!
-//! so that the middle of the image looks along +x, and +y, to the left of who looks there with +z up, is left in the image.
+//! so the middle of the image is the direction +x, and +y, which is to the left when looking along +x with +z up, is to the
+//! left in the image.
 //!
-//! Directions are as dense as the mean of the three channels times the solid angle: the cumulative sum of that over the rows, and
-//! within a row over the columns, is inverted at the points of a lattice. Each direction stands for an equal share of the map's power, and
-//! carries its pixel's colour: L/(n pdf), with pdf the pixel's mean over the map's power.
+//! The density of the directions is proportional to the mean of the three channels times the solid angle: the cumulative
+//! sum of this over the rows, and over the columns within a row, is inverted at the points of a lattice. Each direction
+//! represents an equal share of the map's power and has the colour of its pixel, L/(n pdf), with pdf the pixel's mean
+//! divided by the map's power.
 
 use super::lights::{Lamp, lattice, sky};
 #[cfg(feature = "images")]
@@ -27,12 +29,12 @@ use std::f64::consts::{PI, TAU};
 use std::io::Cursor;
 use std::path::Path;
 
-/// The most bytes of a file.
+/// Largest size of a file, bytes.
 pub(super) const MOST_BYTES: u64 = 128 << 20;
-/// The most pixels.
+/// Largest number of pixels.
 #[cfg(feature = "images")]
 const MOST_PIXELS: usize = 4096 * 2048;
-/// The most channels, others than red, green and blue among them.
+/// Largest number of channels, including those other than red, green and blue.
 #[cfg(feature = "images")]
 const MOST_CHANNELS: usize = 32;
 
@@ -42,8 +44,8 @@ struct Map {
     pixels: Vec<[f32; 3]>,
 }
 
-/// The points of light that stand for the map in the bytes of an EXR file, its values times `scale`: one list for each
-/// number of points in `samples`.
+/// The points of light that represent the map in the bytes of an EXR file, with its values multiplied by `scale`: one
+/// list for each number of points in `samples`.
 pub(super) fn lamps<const N: usize>(
     bytes: &[u8],
     path: &Path,
@@ -66,7 +68,7 @@ fn sampled(map: &Map, scale: f64, samples: u32) -> Vec<Lamp> {
         .collect();
     let total: f64 = power.iter().sum();
     let mut lamps = Vec::new();
-    // The lattice's first coordinate ascends, and the rows are walked along with it.
+    // The first coordinate of the lattice is in ascending order, so the rows are traversed once.
     let (mut row, mut below) = (0, 0.0);
     let mut columns = cumulative(map, row);
     for (u, v) in lattice(samples) {
@@ -84,7 +86,7 @@ fn sampled(map: &Map, scale: f64, samples: u32) -> Vec<Lamp> {
         let Some(pixel) = map.pixels.get(row * map.width + column.min(map.width - 1)) else { continue };
         let value = mean(pixel);
         let here = power.get(row).copied().unwrap_or(0.0);
-        // Only rounding at the end of a row leads to a pixel without light.
+        // Only rounding at the end of a row can select a pixel without light.
         if value <= 0.0 || here <= 0.0 {
             continue;
         }
@@ -105,7 +107,7 @@ fn mean(pixel: &[f32; 3]) -> f64 {
     pixel.iter().copied().map(f64::from).sum::<f64>() / 3.0
 }
 
-/// Sums of the means from the left edge of a row to the right of each column.
+/// Cumulative sums of the channel means along a row, up to and including each column.
 fn cumulative(map: &Map, row: usize) -> Vec<f64> {
     let pixels = map.pixels.chunks(map.width).nth(row).unwrap_or_default();
     let sums = pixels.iter().scan(0.0, |sum, pixel| {
@@ -115,14 +117,14 @@ fn cumulative(map: &Map, row: usize) -> Vec<f64> {
     sums.collect()
 }
 
-/// The image, which a build without the feature `images` cannot read.
+/// Fails: a build without the feature `images` cannot read the image.
 #[cfg(not(feature = "images"))]
 fn map(_: &[u8], path: &Path) -> Result<Map, Error> {
     let expected = "no environment map in a build without the feature `images`";
     Err(Error::malformed(path, Place::File, expected, "one"))
 }
 
-/// The image, refused before much memory is taken if it is too large.
+/// Reads the image. One that is too large is rejected before much memory is allocated.
 #[cfg(feature = "images")]
 fn map(bytes: &[u8], path: &Path) -> Result<Map, Error> {
     let wrong = |expected: String, found: String| Error::malformed(path, Place::File, expected, found);
@@ -131,7 +133,10 @@ fn map(bytes: &[u8], path: &Path) -> Result<Map, Error> {
     };
     let headers = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(refused)?.headers;
     let Some(header) = headers.first().filter(|header| headers.len() == 1 && !header.deep) else {
-        return Err(wrong("one layer of plain pixels".to_owned(), "several, or deep ones".to_owned()));
+        return Err(wrong(
+            "one layer of plain pixels".to_owned(),
+            "several layers, or deep pixels".to_owned(),
+        ));
     };
     let (width, height) = (header.layer_size.width(), header.layer_size.height());
     if width.saturating_mul(height) > MOST_PIXELS {
@@ -179,7 +184,7 @@ fn map(bytes: &[u8], path: &Path) -> Result<Map, Error> {
         }
     }
     if !map.pixels.iter().any(|pixel| mean(pixel) > 0.0) {
-        return Err(wrong("a value above 0".to_owned(), "no light".to_owned()));
+        return Err(wrong("a value above 0".to_owned(), "only zeros".to_owned()));
     }
     Ok(map)
 }

@@ -1,12 +1,12 @@
-//! Rays, and the frame that directions are local to.
+//! Rays, and the local frames that directions are given in.
 
 use glam::DVec3;
 
-/// A half line.
+/// A ray: a starting point and a direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ray {
     pub origin: DVec3,
-    /// Unit.
+    /// Unit vector.
     pub direction: DVec3,
 }
 
@@ -20,13 +20,13 @@ impl Ray {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hit {
     pub point: DVec3,
-    /// The shading normal and the tangent.
+    /// The local frame of the shading normal and the tangent.
     pub frame: Frame,
-    /// The normal of what is really there: of the facet, for a mesh.
+    /// The normal of the actual geometry; for a mesh, that of the facet.
     pub geometric: DVec3,
 }
 
-/// A right-handed orthonormal frame: z the normal, x the tangent.
+/// A right-handed orthonormal frame: z is the normal, x the tangent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     x: DVec3,
@@ -35,13 +35,13 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// The frame about the unit normal `z` whose tangent comes closest to `tangent`.
+    /// The frame with the unit normal `z` whose tangent is closest to `tangent`.
     ///
-    /// Where they are parallel, as at the pole of a sphere, there is no such frame: the tangent is then as close as it can be to
-    /// the coordinate axis that the normal is least along.
+    /// If the two are parallel, as at the pole of a sphere, the tangent is instead as close as possible to the coordinate axis
+    /// that has the largest angle to the normal.
     pub fn new(z: DVec3, tangent: DVec3) -> Self {
         let across = |v: DVec3| v - z * v.dot(z);
-        // 1e-9 of the length is what rounding leaves of a parallel vector, with a margin.
+        // Rounding leaves less than 1e-9 of the length of a parallel vector.
         let x = Some(across(tangent)).filter(|x| x.length() > 1e-9 * tangent.length());
         let x = x.unwrap_or_else(|| {
             let least = z.abs();
@@ -58,7 +58,7 @@ impl Frame {
         Self { x, y: z.cross(x), z }
     }
 
-    /// The frame about `z` with the tangent that runs around `axis`, eastward if `axis` points north.
+    /// The frame with normal `z` whose tangent runs around `axis`: eastward if `axis` points north.
     pub fn around(z: DVec3, axis: DVec3) -> Self {
         let east = axis.cross(z);
         Self::new(z, if east.length() > 1e-9 { east } else { z })
@@ -68,7 +68,7 @@ impl Frame {
         self.z
     }
 
-    /// A vector of the world in this frame.
+    /// Converts a vector from world coordinates to this frame.
     pub fn local(&self, v: DVec3) -> DVec3 {
         DVec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
     }

@@ -1,9 +1,9 @@
-//! Lights as points of light: directions from afar, or places nearby.
+//! Lights as points of light: distant directions or nearby positions.
 //!
-//! Every light becomes a fixed list of them, the same for all pixels. What a surface receives from one, per unit of f, is
+//! Every light becomes a fixed list of points, the same for all pixels. Per unit of f, a surface reflects from one of them
 //!
 //! ```text
-//! far      E cos(theta_i)                              E: irradiance where the light falls straight in
+//! far      E cos(theta_i)                              E: irradiance at normal incidence
 //! point    I cos(theta_i)/d^2                          I: intensity
 //! panel    L A |cos(theta_l)| cos(theta_i)/d^2         L: radiance, A: area of its cell, theta_l: angle to its normal
 //! ```
@@ -11,22 +11,23 @@
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// (sqrt 5 - 1)/2: its multiples fill a circle most evenly.
+/// (sqrt 5 - 1)/2, whose multiples fill a circle most evenly.
 pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A point of light.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lamp {
-    /// Light from the direction `to_light`, unit; irradiance in W/m^2.
+    /// Distant light from the unit direction `to_light`; irradiance in W/m^2.
     Far { to_light: DVec3, irradiance: DVec3 },
-    /// Light from a place; intensity in W/sr.
+    /// Light from a position; intensity in W/sr.
     Point { position: DVec3, intensity: DVec3 },
-    /// Light from a small piece of a plane, to both of its sides; intensity along its unit normal in W/sr.
+    /// Light from both sides of a small piece of a plane; intensity along its unit normal in W/sr.
     Cell { position: DVec3, normal: DVec3, intensity: DVec3 },
 }
 
 impl Lamp {
-    /// Where the light comes from at `point`, how far that is, and the irradiance there of what faces it. None at the light itself.
+    /// The direction from `point` to the light, the distance, and the irradiance at `point` of a surface facing the light.
+    /// `None` at the light itself.
     pub fn at(&self, point: DVec3) -> Option<(DVec3, f64, DVec3)> {
         let near = |position: DVec3| {
             let to = position - point;
@@ -48,7 +49,8 @@ impl Lamp {
     }
 }
 
-/// A rectangle with half edges `u` and `v` as the midpoints of equal cells, as square as they can be and at most `samples`.
+/// Divides a rectangle with half edges `u` and `v` into at most `samples` equal cells, as square as possible, and returns
+/// their midpoints as lamps.
 pub(super) fn panel(center: DVec3, u: DVec3, v: DVec3, radiance: DVec3, samples: u32) -> Vec<Lamp> {
     let (along, across) = cells(u.length() / v.length(), samples);
     let normal = u.cross(v);
@@ -65,7 +67,7 @@ pub(super) fn panel(center: DVec3, u: DVec3, v: DVec3, radiance: DVec3, samples:
         .collect()
 }
 
-/// How many cells lie along the two sides of a rectangle whose first side is `ratio` times the second.
+/// Number of cells along each side of a rectangle whose first side is `ratio` times the second.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and samples")]
 fn cells(ratio: f64, samples: u32) -> (u32, u32) {
     let most = f64::from(samples.max(1));
@@ -74,8 +76,8 @@ fn cells(ratio: f64, samples: u32) -> (u32, u32) {
     (along as u32, across as u32)
 }
 
-/// Numbers 0..1 in pairs that fill the square evenly, the first in ascending order: (k + 1/2)/n and the multiples of the golden
-/// ratio. On a sphere, from pole to pole and around, they are Fibonacci's lattice.
+/// Points that fill the unit square evenly, in ascending order of the first coordinate: (k + 1/2)/n and multiples of the
+/// golden ratio. Mapped to a sphere by height and azimuth, they form a Fibonacci lattice.
 pub(super) fn lattice(samples: u32) -> impl Iterator<Item = (f64, f64)> {
     (0..samples).map(move |k| {
         let k = f64::from(k);
@@ -83,23 +85,25 @@ pub(super) fn lattice(samples: u32) -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// The direction at a height above the horizon, cos(theta), and a fraction of a turn, counted as columns of a map are: from -x over +y, +x and -y.
+/// The direction with a given cos(theta) and azimuth. The azimuth is a fraction of a turn, counted like the columns of a
+/// map: from -x over +y, +x and -y.
 pub(super) fn sky(cos_theta: f64, turn: f64) -> DVec3 {
     let sin_theta = ((1.0 - cos_theta) * (1.0 + cos_theta)).max(0.0).sqrt();
     let (sin_phi, cos_phi) = (PI - TAU * turn).sin_cos();
     DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
 }
 
-/// The same radiance from everywhere.
+/// Lamps for the same radiance from all directions.
 pub(super) fn uniform(radiance: DVec3, samples: u32) -> Vec<Lamp> {
     let irradiance = radiance * (4.0 * PI / f64::from(samples));
     lattice(samples).map(|(u, v)| Lamp::Far { to_light: sky(1.0 - 2.0 * u, v), irradiance }).collect()
 }
 
-/// The overcast sky of the CIE (ISO 15469, type 1 as Moon and Spencer 1942 have it): radiance Lz (1 + 2 cos theta)/3 above the horizon.
+/// Lamps for the overcast sky of the CIE (ISO 15469, type 1, in the form of Moon and Spencer 1942): radiance
+/// Lz (1 + 2 cos theta)/3 above the horizon.
 ///
-/// Directions are as dense as the radiance: with u from 0 to 1, cos + cos^2 = 2 (1 - u), and each stands for the same share of the
-/// integral, 4 pi/3 Lz.
+/// The density of the directions is proportional to the radiance: with u from 0 to 1, cos + cos^2 = 2 (1 - u), and each
+/// represents the same share of the integral, 4 pi/3 Lz.
 pub(super) fn overcast(zenith: DVec3, samples: u32) -> Vec<Lamp> {
     let irradiance = zenith * (4.0 * PI / 3.0 / f64::from(samples));
     let cosine = |u: f64| ((9.0 - 8.0 * u).sqrt() - 1.0) / 2.0;

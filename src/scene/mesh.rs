@@ -1,32 +1,33 @@
-//! Triangles, in a hierarchy of boxes.
+//! A mesh of triangles in a hierarchy of bounding boxes.
 //!
-//! The boxes lie in the order in which a search that always goes down meets them; each knows where to go on if the ray passes it by. So
-//! the search is a loop without a stack. Halves are cut at the median along the longest side of the centroids' box.
+//! The boxes are stored in depth-first order, and each knows which box comes next if the ray misses it. So the search is a
+//! loop without a stack. Triangles are split at the median along the longest side of the box of their centroids.
 
 use super::frame::{Frame, Hit, Ray};
 use glam::DVec3;
 
-/// Triangles per box at the bottom.
+/// Largest number of triangles in a box at the bottom of the hierarchy.
 const LEAF: usize = 4;
 
 #[derive(Clone, Debug)]
 pub(super) struct Mesh {
     triangles: Vec<Triangle>,
     boxes: Vec<Node>,
-    /// How far shadow rays start from the surface, so that rounding does not make a facet hide itself: a millionth of the size.
+    /// Distance from the surface at which shadow rays start, so that rounding does not make a facet hide itself: a millionth of
+    /// the size of the mesh.
     lift: f64,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Triangle {
     pub corner: DVec3,
-    /// From `corner` to the other two.
+    /// Vectors from `corner` to the other two corners.
     pub edges: [DVec3; 2],
-    /// Outward, unit.
+    /// The outward unit normal of the facet.
     pub geometric: DVec3,
     /// The shading normals at the corners, on the outward side.
     pub normals: [DVec3; 3],
-    /// Along which the first texture coordinate grows, if there are any.
+    /// The direction in which the first texture coordinate increases. `None` without texture coordinates.
     pub tangent: Option<DVec3>,
 }
 
@@ -34,9 +35,9 @@ pub(super) struct Triangle {
 struct Node {
     low: DVec3,
     high: DVec3,
-    /// The next box if the ray passes this one by, or has been through it.
+    /// Index of the box that follows if the ray misses this one, or when its contents have been searched.
     skip: usize,
-    /// Its own triangles: none but at the bottom.
+    /// First of its own triangles; only boxes at the bottom have any.
     first: usize,
     count: usize,
 }
@@ -52,8 +53,8 @@ impl Triangle {
         self.corner + (a + b) / 3.0
     }
 
-    /// The distance and the barycentric coordinates of the second and third corner where a ray meets it, from either side.
-    /// Moller and Trumbore 1997, doi:10.1080/10867651.1997.10487468.
+    /// Where a ray meets the triangle, from either side: its distance, and the barycentric coordinates of the second and third
+    /// corner. `None` if it misses. Moller and Trumbore 1997, doi:10.1080/10867651.1997.10487468.
     fn meet(&self, ray: &Ray) -> Option<(f64, f64, f64)> {
         let [a, b] = self.edges;
         let p = ray.direction.cross(b);
@@ -71,7 +72,7 @@ impl Triangle {
 }
 
 impl Mesh {
-    /// Of at least one triangle.
+    /// Makes a mesh of one triangle or more.
     pub fn new(mut triangles: Vec<Triangle>) -> Self {
         let mut boxes = Vec::new();
         build(&mut triangles, 0, &mut boxes);
@@ -102,7 +103,7 @@ impl Mesh {
     }
 
     pub fn hides(&self, hit: &Hit, direction: DVec3, distance: f64) -> bool {
-        // Behind the facet itself, though above the horizon of the shading normal.
+        // The direction is behind the facet, though above the horizon of the shading normal.
         if hit.geometric.dot(direction) <= 0.0 {
             return true;
         }
@@ -115,9 +116,10 @@ impl Mesh {
         hidden
     }
 
-    /// Shows `visit` the triangles of the boxes that the ray goes through, no further off than it says, until it has enough.
+    /// Calls `visit` for the triangles in the boxes that the ray passes through. `visit` may shorten the distance to search,
+    /// and ends the search by returning `true`.
     fn search<'a>(&'a self, ray: &Ray, mut visit: impl FnMut(&'a Triangle, &mut f64) -> bool) {
-        // A component of zero would make 0/0 of a ray within a box's face.
+        // A zero component would give 0/0 for a ray within the face of a box.
         let apart = |x: f64| if x.abs() < 1e-300 { 1e300 } else { 1.0 / x };
         let inverse = DVec3::new(apart(ray.direction.x), apart(ray.direction.y), apart(ray.direction.z));
         let mut reach = f64::INFINITY;
@@ -125,7 +127,7 @@ impl Mesh {
         while let Some(node) = self.boxes.get(next) {
             let (a, b) = ((node.low - ray.origin) * inverse, (node.high - ray.origin) * inverse);
             let enter = a.min(b).max_element().max(0.0);
-            // What rounding takes from a flat box is given back.
+            // A small margin makes up for rounding, which could make the ray miss a flat box.
             let leave = a.max(b).min_element() * (1.0 + 1e-12) + f64::MIN_POSITIVE;
             if enter > leave || enter > reach {
                 next = node.skip;
@@ -141,7 +143,7 @@ impl Mesh {
     }
 }
 
-/// Adds the boxes of `triangles`, which begin at number `first`, and sorts them into the order of the boxes.
+/// Appends the boxes of `triangles`, the first of which has the index `first`, and sorts the triangles in their order.
 fn build(triangles: &mut [Triangle], first: usize, boxes: &mut Vec<Node>) {
     let bounds = |points: &mut dyn Iterator<Item = DVec3>| {
         points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))

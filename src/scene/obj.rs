@@ -1,16 +1,16 @@
-//! Meshes in Wavefront OBJ: `v`, `vn`, `vt` and `f`; other statements are passed over.
+//! Reads meshes in Wavefront OBJ: `v`, `vn`, `vt` and `f`; other statements are ignored.
 
 use super::mesh::{Mesh, Triangle};
 use crate::error::{Error, Place, excerpt};
 use glam::{DVec2, DVec3};
 use std::path::Path;
 
-/// The most bytes of a file.
+/// Largest size of a file, bytes.
 pub(super) const MOST_BYTES: u64 = 64 << 20;
-/// The most triangles.
+/// Largest number of triangles.
 const MOST_TRIANGLES: usize = 500_000;
 
-/// The mesh in the bytes of an OBJ file. `largest` bounds its coordinates.
+/// Reads the mesh in the bytes of an OBJ file. No coordinate may exceed `largest` in size.
 pub(super) fn mesh(bytes: &[u8], path: &Path, largest: f64) -> Result<Mesh, Error> {
     let mut parser = Parser {
         path,
@@ -24,12 +24,12 @@ pub(super) fn mesh(bytes: &[u8], path: &Path, largest: f64) -> Result<Mesh, Erro
     for line in bytes.split(|&byte| byte == b'\n') {
         parser.line += 1;
         let Ok(text) = std::str::from_utf8(line) else {
-            return Err(parser.wrong("text", "bytes that are none"));
+            return Err(parser.wrong("text", "bytes that are not UTF-8"));
         };
         parser.statement(text.split('#').next().unwrap_or_default())?;
     }
     if parser.triangles.is_empty() {
-        return Err(Error::malformed(path, Place::File, "a mesh with a face (f) of some area", "none"));
+        return Err(Error::malformed(path, Place::File, "a mesh with a face (f) of nonzero area", "none"));
     }
     Ok(Mesh::new(parser.triangles))
 }
@@ -60,7 +60,7 @@ impl Parser<'_> {
     fn statement(&mut self, text: &str) -> Result<(), Error> {
         let mut words = text.split_ascii_whitespace();
         match words.next() {
-            // A fourth number, the weight, and colours after it are left alone.
+            // A fourth number, the weight, and colours after it are ignored.
             Some("v") => {
                 let point = DVec3::from_array(self.numbers(text, words)?);
                 if point.abs().max_element() > self.largest {
@@ -72,7 +72,7 @@ impl Parser<'_> {
             Some("vn") => {
                 let normal = DVec3::from_array(self.numbers(text, words)?);
                 let Some(normal) = normal.try_normalize() else {
-                    return Err(self.wrong("a normal of some length", excerpt(text.trim())));
+                    return Err(self.wrong("a normal of nonzero length", excerpt(text.trim())));
                 };
                 self.normals.push(normal);
             }
@@ -100,7 +100,7 @@ impl Parser<'_> {
         Ok(found)
     }
 
-    /// A polygon, as a fan of triangles about its first corner.
+    /// Adds a polygon as a fan of triangles about its first corner.
     fn face<'w>(&mut self, words: impl Iterator<Item = &'w str>) -> Result<(), Error> {
         let corners: Vec<Corner> = words.map(|word| self.corner(word)).collect::<Result<_, _>>()?;
         let (Some(first), true) = (corners.first(), corners.len() >= 3) else {
@@ -116,7 +116,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`; a negative number counts back from the latest.
+    /// Parses `v`, `v/vt`, `v//vn` or `v/vt/vn`; a negative number counts back from the latest statement.
     fn corner(&self, word: &str) -> Result<Corner, Error> {
         let mut parts = word.split('/');
         let mut part = |len: usize| {
@@ -150,7 +150,7 @@ impl Parser<'_> {
     }
 }
 
-/// The triangle of three corners, unless it has no area.
+/// The triangle with three corners. `None` if it has no area.
 fn triangle(corners: [&Corner; 3]) -> Option<Triangle> {
     let [a, b, c] = corners;
     let edges = [b.point - a.point, c.point - a.point];
@@ -158,7 +158,7 @@ fn triangle(corners: [&Corner; 3]) -> Option<Triangle> {
     let mut normals = [geometric; 3];
     if let (Some(na), Some(nb), Some(nc)) = (a.normal, b.normal, c.normal) {
         normals = [na, nb, nc];
-        // Normals that are given say which side is outside; the order of the corners says it otherwise.
+        // If normals are given, they determine the outside; otherwise the order of the corners does.
         if (na + nb + nc).dot(geometric) < 0.0 {
             geometric = -geometric;
         }

@@ -1,4 +1,4 @@
-//! Scenes read from JSON, and all that is wrong with them.
+//! Reads scenes from JSON and checks them.
 //!
 //! docs/use/scene.md describes the fields, and a test compares docs/use/scene.schema.json with the schema generated from these types.
 
@@ -16,13 +16,13 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// The most bytes of a scene.
+/// Largest size of a scene file, bytes.
 const MOST_BYTES: u64 = 1 << 20;
-/// The largest coordinate, in metres.
+/// Largest coordinate, metres.
 const LARGEST: f64 = 1e6;
-/// The smallest size, in metres.
+/// Smallest size, metres.
 const SMALLEST: f64 = 1e-6;
-/// The brightest light, in its unit.
+/// Largest value of a light, in its unit.
 const BRIGHTEST: f64 = 1e12;
 
 /// A surface, a camera and lights. Lengths are metres; +z is up.
@@ -33,30 +33,30 @@ struct SceneFields {
     /// `brdfit.scene/1`.
     #[expect(dead_code, reason = "read before the others")]
     schema: String,
-    /// What the scene is meant to show. Not used.
+    /// Purpose of the scene. Not used.
     #[serde(default)]
     #[expect(dead_code, reason = "for the reader")]
     description: String,
-    /// What is looked at.
+    /// The surface to render.
     surface: SurfaceFields,
-    /// Who looks.
+    /// The camera.
     camera: CameraFields,
-    /// What lights it: at least one.
+    /// The lights; at least one.
     lights: Vec<LightFields>,
 }
 
-/// What is looked at, from outside alone.
+/// The surface to render. Only its outside is visible.
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Surface")]
 enum SurfaceFields {
-    /// A sphere. Tangent: around the pole, eastward.
+    /// A sphere. Its tangents run eastward around the pole.
     Sphere(SphereFields),
-    /// A rectangle, seen from the side of its normal.
+    /// A rectangle, visible from the side of its normal.
     Plane(PlaneFields),
-    /// The round side of a solid cylinder; its ends hide it and are not seen. Tangent: along the axis.
+    /// The curved side of a solid cylinder, whose ends block rays but are not visible. Its tangents run along the axis.
     Cylinder(CylinderFields),
-    /// Triangles.
+    /// A mesh of triangles.
     Mesh(MeshFields),
 }
 
@@ -68,7 +68,7 @@ struct SphereFields {
     center: [f64; 3],
     /// Radius, m.
     radius: f64,
-    /// The direction of the pole that the tangents run around.
+    /// Direction of the pole that the tangents run around.
     #[serde(default = "up")]
     pole: [f64; 3],
 }
@@ -79,9 +79,9 @@ struct SphereFields {
 struct PlaneFields {
     /// Centre, m.
     center: [f64; 3],
-    /// Towards the side that is seen; of any length.
+    /// Normal on the visible side, of any length.
     normal: [f64; 3],
-    /// Along the width; of any length, and made perpendicular to the normal.
+    /// Direction of the width, of any length; it is made perpendicular to the normal.
     tangent: [f64; 3],
     /// Half of the width, along the tangent, m.
     half_width: f64,
@@ -99,7 +99,7 @@ struct CylinderFields {
     axis: [f64; 3],
     /// Radius, m.
     radius: f64,
-    /// Distance of the ends, m.
+    /// Distance between the ends, m.
     height: f64,
 }
 
@@ -111,16 +111,16 @@ struct MeshFields {
     obj: String,
 }
 
-/// Who looks: a pinhole camera.
+/// A pinhole camera.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Camera")]
 struct CameraFields {
-    /// Where it stands, m.
+    /// Position, m.
     position: [f64; 3],
-    /// What lies in the middle of the image, m.
+    /// Point in the middle of the image, m.
     look_at: [f64; 3],
-    /// What is upright in the image; +z by default.
+    /// Direction that points up in the image; +z by default.
     #[serde(default = "up")]
     up: [f64; 3],
     /// Angle between the lower and the upper edge of the image, degrees.
@@ -131,22 +131,22 @@ struct CameraFields {
     height: u32,
 }
 
-/// What lights the surface. Red, green and blue of each; no light is seen itself, and none hides another.
+/// A light on the surface. Colours are red, green and blue. Lights are not visible themselves and do not block each other.
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Light")]
 enum LightFields {
-    /// From one direction, as the sun.
+    /// Light from one direction, such as the sun.
     Directional(DirectionalFields),
-    /// From one place, to all sides alike.
+    /// Light from one point, equal in all directions.
     Point(PointFields),
-    /// From a rectangle, from both of its sides.
+    /// Light from both sides of a rectangle.
     Area(AreaFields),
-    /// From all directions, as an image has it.
+    /// Light from all directions, given by an image.
     Environment(EnvironmentFields),
-    /// From all directions alike.
+    /// Equal light from all directions.
     Uniform(UniformFields),
-    /// From an overcast sky: radiance (1 + 2 cos theta)/3 times that of the zenith, and nothing from below the horizon.
+    /// Light from an overcast sky: radiance (1 + 2 cos theta)/3 times that of the zenith, and none from below the horizon.
     Overcast(OvercastFields),
 }
 
@@ -154,7 +154,7 @@ enum LightFields {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Directional")]
 struct DirectionalFields {
-    /// Towards the light, of any length.
+    /// Direction towards the light, of any length.
     to_light: [f64; 3],
     /// Irradiance of a surface that faces it, W/m^2.
     irradiance_rgb: [f64; 3],
@@ -164,7 +164,7 @@ struct DirectionalFields {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Point")]
 struct PointFields {
-    /// Where it is, m.
+    /// Position, m.
     position: [f64; 3],
     /// Intensity, W/sr.
     intensity_rgb: [f64; 3],
@@ -176,13 +176,13 @@ struct PointFields {
 struct AreaFields {
     /// Centre, m.
     center: [f64; 3],
-    /// From the centre to the middle of one edge, m.
+    /// Vector from the centre to the middle of one edge, m.
     half_u: [f64; 3],
-    /// From the centre to the middle of the next edge, m; at a right angle to `half_u`.
+    /// Vector from the centre to the middle of the next edge, m; at a right angle to `half_u`.
     half_v: [f64; 3],
     /// Radiance, W/(m^2 sr).
     radiance_rgb: [f64; 3],
-    /// The most cells that it is cut into.
+    /// Largest number of cells that it is divided into.
     #[serde(default = "area_samples")]
     samples: u32,
 }
@@ -194,10 +194,10 @@ struct EnvironmentFields {
     /// An OpenEXR file of radiance, W/(m^2 sr), latitude by longitude, +z at the upper edge; its path is relative to the
     /// scene's folder.
     exr: String,
-    /// What its values are multiplied by.
+    /// Factor that its values are multiplied by.
     #[serde(default = "one")]
     scale: f64,
-    /// Directions that it is represented by.
+    /// Number of directions that represent it.
     #[serde(default = "sky_samples")]
     samples: u32,
 }
@@ -208,7 +208,7 @@ struct EnvironmentFields {
 struct UniformFields {
     /// Radiance, W/(m^2 sr).
     radiance_rgb: [f64; 3],
-    /// Directions that it is represented by.
+    /// Number of directions that represent it.
     #[serde(default = "sky_samples")]
     samples: u32,
 }
@@ -219,7 +219,7 @@ struct UniformFields {
 struct OvercastFields {
     /// Radiance of the zenith, W/(m^2 sr).
     zenith_radiance_rgb: [f64; 3],
-    /// Directions that it is represented by.
+    /// Number of directions that represent it.
     #[serde(default = "sky_samples")]
     samples: u32,
 }
@@ -247,22 +247,22 @@ pub fn schema() -> Schema {
 }
 
 impl Scene {
-    /// The scene in a JSON file, with the mesh and the environments that it names.
+    /// Reads the scene in a JSON file, and the mesh and environments that it names.
     ///
     /// # Errors
-    /// [`Error::Io`] for a file that cannot be read, [`Error::Malformed`] for one that is no scene.
+    /// [`Error::Io`] for a file that cannot be read, [`Error::Malformed`] for one that is not a valid scene.
     pub fn read(path: &Path) -> Result<Self, Error> {
         scene(path)
     }
 }
 
-/// The scene in a file.
+/// Reads the scene in a file.
 fn scene(path: &Path) -> Result<Scene, Error> {
     let file = Reader { path };
     let bytes = bounded(path, MOST_BYTES).map_err(Error::read(path))?;
     let bytes = bytes.ok_or_else(|| file.wrong(format!("at most {MOST_BYTES} bytes"), "more"))?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    /// Read first, so that what is no scene is not refused for its fields.
+    /// The schema is read first, so that a file that is not a scene is not rejected because of its fields.
     #[derive(Deserialize)]
     struct Tag {
         schema: String,
@@ -293,7 +293,7 @@ fn scene(path: &Path) -> Result<Scene, Error> {
     Ok(Scene { path: path.to_owned(), camera, surface, lamps, finer_lamps })
 }
 
-/// The bytes of a file, unless there are more than `most`.
+/// Reads the bytes of a file. `None` if there are more than `most`.
 fn bounded(path: &Path, most: u64) -> std::io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
@@ -301,7 +301,7 @@ fn bounded(path: &Path, most: u64) -> std::io::Result<Option<Vec<u8>>> {
     Ok(fits.then_some(bytes))
 }
 
-/// The file that is read, to name it in errors.
+/// The file being read, which errors name.
 struct Reader<'a> {
     path: &'a Path,
 }
@@ -316,7 +316,7 @@ impl Reader<'_> {
             let line = u64::try_from(error.line()).unwrap_or(u64::MAX);
             let text = error.to_string();
             let text = text.rsplit_once(" at line ").map_or(text.as_str(), |(text, _)| text);
-            // The types of this program mean nothing to who reads the message.
+            // The user does not know the types of this program.
             let text = match text.rsplit_once(", expected ") {
                 Some((found, "f64")) => format!("{}, expected a number", excerpt(found)),
                 Some((found, "u32")) => format!("{}, expected a whole number, not below 0", excerpt(found)),
@@ -331,7 +331,7 @@ impl Reader<'_> {
         })
     }
 
-    /// The bytes of a file that the scene names, and its path.
+    /// Reads the bytes of a file that the scene names, and returns them with its path.
     fn named(&self, field: &str, name: &str, most: u64) -> Result<(Vec<u8>, std::path::PathBuf), Error> {
         let path = self.path.parent().unwrap_or_else(|| Path::new("")).join(name);
         let bytes = bounded(&path, most).map_err(|error| {
@@ -342,7 +342,7 @@ impl Reader<'_> {
         Ok((bytes.ok_or_else(too_long)?, path))
     }
 
-    /// A number from `low` to `high`; `unit` ends what the message calls them.
+    /// Checks that a number is from `low` to `high`; the message gives these with `unit`.
     fn number(&self, field: &str, value: f64, [low, high]: [f64; 2], unit: &str) -> Result<f64, Error> {
         if (low..=high).contains(&value) {
             return Ok(value);
@@ -368,11 +368,11 @@ impl Reader<'_> {
 
     fn direction(&self, field: &str, value: [f64; 3]) -> Result<DVec3, Error> {
         let vector = DVec3::from_array(value);
-        // Scaled first, so that squares neither vanish nor overflow.
+        // Scaled first, so that squares neither underflow nor overflow.
         let scaled = vector / vector.abs().max_element();
         scaled.try_normalize().filter(|unit| unit.is_finite()).ok_or_else(|| {
             let [x, y, z] = value;
-            self.wrong(format!("a vector of some length in {field}"), format!("[{x}, {y}, {z}]"))
+            self.wrong(format!("a vector of nonzero length in {field}"), format!("[{x}, {y}, {z}]"))
         })
     }
 
@@ -390,12 +390,12 @@ impl Reader<'_> {
         let position = self.point("camera.position", fields.position)?;
         let towards = self.point("camera.look_at", fields.look_at)? - position;
         let Some(forward) = towards.try_normalize() else {
-            return Err(self.wrong("camera.look_at apart from camera.position", "the same point"));
+            return Err(self.wrong("camera.look_at different from camera.position", "the same point"));
         };
         let up = self.direction("camera.up", fields.up)?;
         if forward.cross(up).length() < 1e-6 {
-            let expected = "camera.up across the direction from camera.position to camera.look_at";
-            return Err(self.wrong(expected, "one along it"));
+            let expected = "camera.up not parallel to the direction from camera.position to camera.look_at";
+            return Err(self.wrong(expected, "parallel vectors"));
         }
         let fov =
             self.number("camera.vertical_fov_deg", fields.vertical_fov_deg, [0.01, 170.0], " degrees")?;
@@ -418,8 +418,8 @@ impl Reader<'_> {
                 let normal = self.direction("surface.plane.normal", fields.normal)?;
                 let tangent = self.direction("surface.plane.tangent", fields.tangent)?;
                 if normal.cross(tangent).length() < 1e-6 {
-                    let expected = "surface.plane.tangent across surface.plane.normal";
-                    return Err(self.wrong(expected, "one along it"));
+                    let expected = "surface.plane.tangent not parallel to surface.plane.normal";
+                    return Err(self.wrong(expected, "parallel vectors"));
                 }
                 Surface::Plane(Plane {
                     center: self.point("surface.plane.center", fields.center)?,
@@ -442,7 +442,7 @@ impl Reader<'_> {
     }
 }
 
-/// A light, and its number to name it in errors.
+/// A light, with its index, which errors name.
 struct NamedLight<'a> {
     file: &'a Reader<'a>,
     index: usize,
@@ -462,7 +462,7 @@ impl NamedLight<'_> {
         format!("lights[{}].{kind}.{field}", self.index)
     }
 
-    /// The most points that it is divided into.
+    /// Largest number of points that the light is divided into.
     fn samples(&self) -> Result<u32, Error> {
         let samples = match self.light {
             LightFields::Directional(_) | LightFields::Point(_) => 1,
@@ -478,7 +478,7 @@ impl NamedLight<'_> {
         Ok(samples)
     }
 
-    /// The points of light, as many times as many as are asked for as each of `times` says.
+    /// Divides the light into points, twice: the requested number of points is multiplied by each of `times`.
     fn lamps(&self, times: [u32; 2]) -> Result<[Vec<Lamp>; 2], Error> {
         let file = self.file;
         let counts = |samples: u32| times.map(|times| samples.saturating_mul(times));

@@ -1,6 +1,6 @@
-//! Surfaces, where rays meet them, and what they hide from their own points.
+//! Surfaces: where rays meet them, and which light they block from their own points.
 //!
-//! Each is seen from its outside alone; from behind there is nothing.
+//! Each surface is visible only from its outside; from behind it is invisible.
 
 use super::frame::{Frame, Hit, Ray};
 use super::mesh::Mesh;
@@ -14,12 +14,12 @@ pub(super) enum Surface {
     Mesh(Mesh),
 }
 
-/// Tangent: around the pole.
+/// A sphere. Its tangents run around the pole.
 #[derive(Clone, Debug)]
 pub(super) struct Sphere {
     pub center: DVec3,
     pub radius: f64,
-    /// Unit.
+    /// Unit vector.
     pub pole: DVec3,
 }
 
@@ -32,18 +32,18 @@ pub(super) struct Plane {
     pub half_height: f64,
 }
 
-/// The round side of a solid cylinder. Tangent: the axis.
+/// The curved side of a solid cylinder. Its tangents run along the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Cylinder {
     pub center: DVec3,
-    /// Unit.
+    /// Unit vector.
     pub axis: DVec3,
     pub radius: f64,
     pub height: f64,
 }
 
 impl Surface {
-    /// Where a ray first meets the surface, unless that is from behind.
+    /// Where a ray first meets the surface. `None` if it misses it or first meets it from behind.
     pub fn hit(&self, ray: &Ray) -> Option<Hit> {
         match self {
             Self::Sphere(sphere) => sphere.hit(ray),
@@ -53,8 +53,8 @@ impl Surface {
         }
     }
 
-    /// Whether the surface stands between one of its points and what lies at `distance` in a direction above the horizon there.
-    /// The other surfaces bound convex bodies, or are flat: nothing but the horizon hides light from them.
+    /// Whether a mesh blocks the line from one of its points to a light at `distance` in a direction above the horizon.
+    /// Other surfaces are flat or bound convex bodies, so only their horizon blocks light.
     pub fn hides(&self, hit: &Hit, direction: DVec3, distance: f64) -> bool {
         match self {
             Self::Sphere(_) | Self::Plane(_) | Self::Cylinder(_) => false,
@@ -67,7 +67,8 @@ impl Sphere {
     fn hit(&self, ray: &Ray) -> Option<Hit> {
         let from = ray.origin - self.center;
         let along = -from.dot(ray.direction);
-        // The square of half the chord, from the distance of the line to the centre: b^2 - c would lose a distant sphere's digits.
+        // The square of half the chord, from the distance of the line to the centre; b^2 - c would lose digits for a distant
+        // sphere.
         let half_squared = self.radius * self.radius - (from + ray.direction * along).length_squared();
         let t = along - half_squared.max(0.0).sqrt();
         if half_squared <= 0.0 || t <= 0.0 {
@@ -99,7 +100,7 @@ impl Cylinder {
         let across = |v: DVec3| v - self.axis * v.dot(self.axis);
         let (from, along) = (across(ray.origin - self.center), across(ray.direction));
         let square = along.length_squared();
-        // A ray along the axis meets no side.
+        // A ray along the axis does not meet the side.
         if square <= 1e-24 {
             return None;
         }
@@ -109,7 +110,7 @@ impl Cylinder {
         if half_squared <= 0.0 || t <= 0.0 {
             return None;
         }
-        // A ray that comes in through an end meets the side beyond it.
+        // A ray that enters through an end meets the side beyond the end.
         let point = ray.at(t);
         if (point - self.center).dot(self.axis).abs() > self.height / 2.0 {
             return None;

@@ -1,4 +1,4 @@
-//! What the pixels of a scene see.
+//! Computes what the pixels of a scene see.
 
 use super::description::{MOST_SAMPLES, Scene};
 use super::frame::Hit;
@@ -14,20 +14,20 @@ pub struct View {
     pub width: u32,
     /// Rows, the first one at the top.
     pub height: u32,
-    /// Whether a pixel, by rows, sees the surface.
+    /// Whether each pixel, row by row, sees the surface.
     pub covered: Vec<bool>,
-    /// What they see of it, pixel after pixel.
+    /// The pairs of directions that the pixels see, pixel by pixel.
     pub samples: Vec<Seen>,
 }
 
 /// One pair of directions that a pixel sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// The pixel: column + width row.
+    /// The pixel, as column + width * row.
     pub pixel: u32,
     /// The directions, in the local frame.
     pub pair: Pair,
-    /// What the BRDF is to be multiplied by for red, green and blue, W/m^2.
+    /// Factors of the BRDF for red, green and blue, W/m^2.
     pub weight: [f64; 3],
 }
 
@@ -45,8 +45,8 @@ impl View {
         Directions::Scattered(self.samples.iter().map(|seen| seen.pair).collect())
     }
 
-    /// The image, W/(m^2 sr) of red, green and blue by rows, that values of the BRDF make, one per sample and channel. What does
-    /// not see the surface is black.
+    /// Renders the image from values of the BRDF, one per channel and sample. The pixels are red, green and blue radiance,
+    /// W/(m^2 sr), row by row; those that do not see the surface are black.
     #[must_use]
     pub fn image(&self, values: [&[f64]; 3]) -> Vec<[f64; 3]> {
         let mut image = vec![[0.0; 3]; self.covered.len()];
@@ -64,17 +64,18 @@ impl View {
 }
 
 impl Scene {
-    /// What its pixels see.
+    /// Computes what the pixels see.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if no pixel sees the surface, if no light reaches what they see, or if that takes more than
-    /// [`MOST_SAMPLES`] samples.
+    /// [`Error::Malformed`] if no pixel sees the surface, if no light reaches what they see, or if the view would have more
+    /// than [`MOST_SAMPLES`] samples.
     pub fn view(&self) -> Result<View, Error> {
         of(self, &self.lamps, usize::MAX)
     }
 
-    /// What some of its pixels, at most `pixels` and evenly from their order, see of lights that are [`FINER`](super::FINER) times as many points: what
-    /// tells whether there are enough of them. Fewer pixels if that took more than a quarter of [`MOST_SAMPLES`].
+    /// Computes what at most `pixels` of the pixels, evenly spaced in their order, see when lights are divided into
+    /// [`FINER`](super::FINER) times as many points. The comparison shows whether the lights have enough points. Fewer pixels
+    /// are used if they would take more than a quarter of [`MOST_SAMPLES`].
     ///
     /// # Errors
     /// As for [`Self::view`].
@@ -84,16 +85,16 @@ impl Scene {
     }
 }
 
-/// What the pixels of `scene` see of `lamps`; if more than `most` pixels see the surface, `most` of them at the most.
+/// Computes what the pixels of `scene` see in the light of `lamps`, for at most `most` of the pixels that see the surface.
 fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
     let (width, height) = scene.size();
     let hit = |pixel: u32| scene.surface.hit(&scene.camera.ray(pixel % width, pixel / width));
-    // The points themselves are found again below: kept, those of a large image would be gigabytes.
+    // The points on the surface are computed again below; storing those of a large image would take gigabytes.
     let mut covered: Vec<bool> =
         (0..width * height).into_par_iter().map(|pixel| hit(pixel).is_some()).collect();
     let pixels: Vec<u32> = (0..).zip(&covered).filter_map(|(pixel, seen)| seen.then_some(pixel)).collect();
     if pixels.is_empty() {
-        return Err(scene.wrong("a camera that sees the outside of the surface", "no pixel that does"));
+        return Err(scene.wrong("a camera that sees the outside of the surface", "none of its pixels does"));
     }
     let pixels: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(most.max(1))).collect();
     let place = |pixel: &u32| usize::try_from(*pixel).unwrap_or(usize::MAX);
@@ -105,11 +106,11 @@ fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
     if seeing.saturating_mul(lamps.len()) > MOST_SAMPLES {
         let lamps = lamps.len();
         let found = format!(
-            "{seeing} pixels times {lamps} points of light: less width and height, or fewer samples of the lights, will do"
+            "{seeing} pixels times {lamps} points of light; reduce the width and height, or the samples of the lights"
         );
         return Err(scene.wrong(format!("at most {MOST_SAMPLES} samples"), found));
     }
-    // Pieces of a fixed size, joined in order: the same list at any number of threads.
+    // Pieces of a fixed size are joined in order, so the list is the same at any number of threads.
     let pieces: Vec<Vec<Seen>> = pixels
         .par_chunks(64)
         .map(|pixels| {
@@ -125,15 +126,15 @@ fn of(scene: &Scene, lamps: &[Lamp], most: usize) -> Result<View, Error> {
     let mut samples = Vec::with_capacity(pieces.iter().map(Vec::len).sum());
     pieces.into_iter().for_each(|piece| samples.extend(piece));
     if samples.is_empty() {
-        return Err(scene.wrong("a light that reaches what is seen", "none"));
+        return Err(scene.wrong("a light that reaches the visible surface", "none"));
     }
     Ok(View { width, height, covered, samples })
 }
 
-/// Adds what one pixel sees.
+/// Appends the samples of one pixel.
 fn look(scene: &Scene, lamps: &[Lamp], pixel: u32, hit: &Hit, samples: &mut Vec<Seen>) {
     let wo = hit.frame.local((scene.camera.position - hit.point).normalize());
-    // At the rim of a mesh a facet may be seen whose shading normal looks away.
+    // At the edge of a mesh, a visible facet may have a shading normal that faces away from the camera.
     if wo.z <= 0.0 {
         return;
     }
@@ -144,7 +145,7 @@ fn look(scene: &Scene, lamps: &[Lamp], pixel: u32, hit: &Hit, samples: &mut Vec<
             continue;
         }
         let weight = irradiance * cosine;
-        // A panel seen from its edge, or light so faint that it vanishes.
+        // The weight is 0 for a panel seen edge-on, or for light so faint that it underflows.
         if weight.max_element() > 0.0 {
             let wi = hit.frame.local(to_light);
             samples.push(Seen { pixel, pair: Pair { wi, wo }, weight: weight.to_array() });

@@ -1,4 +1,4 @@
-//! What `select` fits models to.
+//! The data that `select` fits models to: samples first, then the image of the scene.
 
 use super::studio::Studio;
 use super::target::Target;
@@ -11,10 +11,10 @@ use crate::tradeoff::Candidate;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Pairs of directions, and samples of the measurement, that fits begin with.
+/// Default number of pairs of directions that the first fits use.
 pub const DRAWN: usize = 20_000;
 
-/// Samples that models are fitted to.
+/// A set of samples that models are fitted to, and how.
 #[derive(Clone)]
 struct FitTo<'a> {
     data: Cow<'a, Measurement>,
@@ -22,19 +22,19 @@ struct FitTo<'a> {
     metric: Metric,
 }
 
-/// What models are fitted to.
+/// The data that models are fitted to.
 pub(super) struct Fits<'a> {
-    /// Each on its own.
+    /// Sets of samples, each of which gets a fit of its own.
     searched: Vec<FitTo<'a>>,
-    /// The image that the best of those is then fitted to, if it is the scene that counts.
+    /// The image that the model is then fitted to, starting from those fits. `None` if samples are weighted instead.
     shown: Option<Shown<Target>>,
 }
 
 impl<'a> Fits<'a> {
-    /// What counts is the scene's image, or, where a weighting is asked for, the measurement's own samples.
+    /// Prepares fits to the scene's image or, if `options` set a weighting, to the measurement's own samples.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where the scene shows nothing that the measurement knows.
+    /// [`Error::Invalid`] if the scene shows no directions that the measurement covers.
     pub(super) fn new(
         measurement: &'a Measurement,
         studio: &Studio,
@@ -51,13 +51,13 @@ impl<'a> Fits<'a> {
         let uniform = Some(Weighting::Uniform);
         let filters = Filters { samples: None, weighting: uniform, ..filters.clone() };
         let drawn = FitTo { data: Cow::Owned(data), filters, metric: *metric };
-        // Where a needle is all that counts there are many minima; cube roots see the rest, too.
+        // Where a sharp peak dominates the error there are many minima; cube roots also weigh the rest.
         let rest = (*metric != Metric::Cbrt).then(|| FitTo { metric: Metric::Cbrt, ..drawn.clone() });
         let searched = [Some(drawn), Some(own), rest].into_iter().flatten().collect();
         Ok(Self { searched, shown: Some(studio.shown(*metric)?) })
     }
 
-    /// The parameters of a model, and whether they are usable.
+    /// Fits a model, and returns its parameters and whether they are usable.
     ///
     /// # Errors
     /// As in [`fit`].
@@ -80,7 +80,7 @@ impl<'a> Fits<'a> {
         if let Some(shown) = &self.shown {
             let starts: Vec<&ParameterTable> = found.iter().map(|(table, _)| table).collect();
             if let Some(table) = fit_image(&candidate.expression, shown, &starts, &options)? {
-                // Wherever it started: what it is worth is seen in the image.
+                // A fit to the image is usable even if its starts were not: the image itself is compared.
                 return Ok((table, true));
             }
         }

@@ -1,8 +1,8 @@
-//! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
+//! `brdfit select`: finds the cheapest model that a scene cannot tell from the measurement.
 //!
-//! A scene shows a surface from some directions in some light, and nothing else of it matters. Every model of the ladder is fitted
-//! to the image that the measurement makes, and its image compared with that one. docs/use/select.md describes it, and the JSON form
-//! field by field.
+//! A scene shows a surface from some directions in some light, and nothing else matters. Every model of the ladder is
+//! fitted to the image that the measurement makes, and its image is compared with that one. docs/use/select.md describes
+//! the method, and the JSON form field by field.
 
 #![allow(
     clippy::indexing_slicing,
@@ -37,31 +37,31 @@ use studio::{Precision, Studio, Values};
 
 /// Name of the schema.
 pub const SCHEMA: &str = "brdfit.select/1";
-/// The tolerance where none is given: the 95th percentile of CIEDE2000 that is just noticeable.
+/// Default tolerance: a 95th percentile of CIEDE2000 that is just noticeable.
 pub const JUST_NOTICEABLE: f64 = 1.0;
-/// The most pixels that are rendered again in finer light.
+/// Largest number of pixels that are rendered again in finer light.
 pub const FINER_PIXELS: usize = 1000;
 
-/// What a scene needs.
+/// The result of the search: every model tried, and the one that the scene needs.
 #[derive(Clone, Debug, Serialize)]
 pub struct Selected {
     /// `brdfit.select/1`.
     pub schema: &'static str,
     /// Version of the program.
     pub version: &'static str,
-    /// What was measured.
+    /// The measurement.
     pub data: Data,
-    /// The scene that shows it.
+    /// The scene.
     pub scene: SceneRecord,
     /// The metric of the fits: l2, log or cbrt.
     pub metric: &'static str,
-    /// `scene`: the image is fitted; or solid-angle, uniform or sigma: samples of the measurement count so.
+    /// `scene` if the image is fitted; otherwise the weights of the measurement's samples: solid-angle, uniform or sigma.
     pub weights: &'static str,
-    /// The 95th percentile of CIEDE2000 that passes.
+    /// Largest accepted 95th percentile of CIEDE2000.
     pub tolerance: f64,
-    /// Which of `tried` is the cheapest that passes; null if none does.
+    /// Index in `tried` of the cheapest that passes; null if none passes.
     pub answer: Option<usize>,
-    /// Which of `tried` is the dearest that is cheaper than the answer and fails; null if there is none.
+    /// Index in `tried` of the most expensive of those that cost less than the answer and fail; null if there is none.
     pub next_cheaper: Option<usize>,
     /// Every model and precision, from the cheapest up.
     pub tried: Vec<Tried>,
@@ -69,7 +69,7 @@ pub struct Selected {
     pub seen: SeenMap,
 }
 
-/// What was measured.
+/// The measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct Data {
     /// The file as it was named.
@@ -80,11 +80,11 @@ pub struct Data {
     pub channels: Vec<String>,
     /// How the channels become red, green and blue.
     pub colour: Route,
-    /// How well samples are foretold by the others, relative: the image of the measurement is no better known.
+    /// Relative error of interpolating samples that are left out; the image of the measurement is no more accurate than that.
     pub left_out: Option<LeaveOut>,
 }
 
-/// A scene as it is seen.
+/// The scene, and what its camera sees.
 #[derive(Clone, Debug, Serialize)]
 pub struct SceneRecord {
     /// The file as it was named.
@@ -99,20 +99,20 @@ pub struct SceneRecord {
     pub compared_pixels: usize,
     /// Pixels that are compared once more with four times as many points of light.
     pub finer_pixels: usize,
-    /// Pairs of directions.
+    /// Number of pairs of directions.
     pub pairs: usize,
     /// Share of all light at pixels of the object that comes along directions with data around them.
     pub covered_light: f64,
 }
 
-/// A model in a precision.
+/// A model in single or double precision.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
     /// The expression with every choice spelled out.
     pub model: String,
-    /// Parameters that were freed, fixed by default.
+    /// Parameters that are fixed by default and were freed.
     pub free: Vec<&'static str>,
-    /// f32 or f64: what it is evaluated in.
+    /// Precision that it is evaluated in: f32 or f64.
     pub precision: &'static str,
     /// Operations of one evaluation, weighted as docs/use/tradeoff.md says.
     pub cost: u64,
@@ -120,52 +120,52 @@ pub struct Tried {
     pub parameters: Vec<ParameterValue>,
     /// How far its image is from the measured one.
     pub differences: Differences,
-    /// The same with four times as many points of light, over `finer_pixels` of the scene; null where none of those has data
-    /// around it.
+    /// The same with four times as many points of light, over `finer_pixels` of the scene; null if none of those pixels has
+    /// data around its directions.
     pub finer_light: Option<Differences>,
-    /// Whether the fit is usable and the image within the tolerance: in finer light, or in the scene's where that is null.
+    /// Whether the fit is usable and the image within the tolerance, by `finer_light` or, if that is null, by `differences`.
     pub passes: bool,
-    /// Whether the fit is usable; one to the image is.
+    /// Whether the fit is usable; a fit to the image always is.
     pub usable: bool,
 }
 
 impl Tried {
-    /// The 95th percentile of CIEDE2000 that is judged: in finer light, which is nearer to the truth, where there is any.
+    /// The 95th percentile of CIEDE2000 that decides: the one in finer light, which is more accurate, if there is one.
     #[must_use]
     pub fn p95(&self) -> f64 {
         self.finer_light.unwrap_or(self.differences).delta_e_2000.p95
     }
 }
 
-/// What to choose from and how.
+/// The models to choose from, and how to choose.
 #[derive(Clone, Debug)]
 pub struct Request<'a> {
-    /// The models; the ladder of `tradeoff` if none.
+    /// The models; if empty, the ladder of `tradeoff`.
     pub expressions: &'a [Expression],
-    /// Metric, largest angles, seed and deadline of the fits. With a weighting the models are fitted to the measurement's own
-    /// samples, `filters.samples` of them, and not to what the scene shows.
+    /// Metric, largest angles, seed and deadline of the fits. With a weighting the models are fitted to `filters.samples` of
+    /// the measurement's own samples, and not to the image of the scene.
     pub options: &'a Options,
-    /// The 95th percentile of CIEDE2000 that passes.
+    /// Largest accepted 95th percentile of CIEDE2000.
     pub tolerance: f64,
 }
 
-/// What is chosen, and the images.
+/// The result, and the images.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// What is chosen.
+    /// The result.
     pub selected: Selected,
     /// The image that the measurement makes.
     pub measured: Image,
-    /// That of the answer, or of the model with the least difference where there is none.
+    /// The image that the answer makes or, without an answer, the model with the smallest difference.
     pub fitted: Image,
-    /// Pixels that are compared.
+    /// Whether each pixel is compared.
     pub compared: Vec<bool>,
 }
 
-/// A tolerance that a difference can pass.
+/// Checks that a tolerance is a finite number above 0.
 ///
 /// # Errors
-/// [`Error::Invalid`] unless it is a number above 0.
+/// [`Error::Invalid`] if it is not.
 pub fn checked_tolerance(tolerance: f64) -> Result<f64, Error> {
     if tolerance > 0.0 && tolerance.is_finite() {
         return Ok(tolerance);
@@ -173,10 +173,11 @@ pub fn checked_tolerance(tolerance: f64) -> Result<f64, Error> {
     Err(Error::invalid(OptionName::Tolerance, "a number above 0", tolerance.to_string()))
 }
 
-/// Fits and renders every model, and chooses.
+/// Fits and renders every model, and chooses the cheapest that passes.
 ///
 /// # Errors
-/// [`Error::Malformed`] for a scene that sees nothing, or nothing for which the measurement has data, and as in [`crate::fit::fit`].
+/// [`Error::Malformed`] for a scene in which nothing is visible, or nothing for which the measurement has data; otherwise
+/// as in [`crate::fit::fit`].
 pub fn select(
     measurement: &Measurement,
     scene: &Scene,
@@ -184,7 +185,7 @@ pub fn select(
     progress: &dyn Progress,
 ) -> Result<Outcome, Error> {
     let tolerance = checked_tolerance(request.tolerance)?;
-    progress.stage("looking");
+    progress.stage("rendering the measurement");
     let colour = ToRgb::new(&measurement.channels);
     let coloured = colour.measurement(measurement);
     let interpolant = Interpolant::new(&coloured);
@@ -198,7 +199,7 @@ pub fn select(
             format!("none of {} that has data around it", studio.view.samples.len()),
         ));
     }
-    // None of the pixels that would be looked at again may be lit.
+    // It may happen that none of the pixels chosen for finer light is lit.
     let finer = scene.finer_view(FINER_PIXELS).ok();
     let finer = finer.map(|view| Studio::new(view, &interpolant, max_theta_deg)).transpose()?;
     let finer = finer.filter(|finer| finer.compared.contains(&true));
@@ -212,11 +213,11 @@ pub fn select(
         progress.stage(&format!("model {} of {}: {name}", index + 1, candidates.len()));
         match try_model(candidate, &fits, request, (&studio, finer.as_ref())) {
             Ok(both) => shown.extend(both),
-            // A model with more parameters than there is to fit, for one: the others may do.
+            // One model may fail, for example if it has more parameters than there are data; the others may succeed.
             Err(error) => failure = Some(error),
         }
     }
-    // Stable: of the same cost and precision, the first of the ladder.
+    // The sort is stable: models of the same cost and precision stay in the order of the ladder.
     shown.sort_by_key(|(tried, _)| (tried.cost, tried.precision != "f32"));
     let answer = shown.iter().position(|(tried, _)| tried.passes);
     let best = shown.iter().enumerate().min_by(|(_, (a, _)), (_, (b, _))| a.p95().total_cmp(&b.p95()));
@@ -264,7 +265,7 @@ fn trues(mask: &[bool]) -> usize {
     mask.iter().filter(|is| **is).count()
 }
 
-/// Fits a model, and renders it in both precisions, in the light of the scene and in finer light.
+/// Fits a model and renders it in both precisions, each in the light of the scene and in finer light.
 fn try_model(
     candidate: &Candidate,
     fits: &Fits<'_>,

@@ -1,4 +1,4 @@
-//! Which directions a scene shows.
+//! The directions that a scene shows.
 
 use crate::geometry::{Geometry, Pair};
 use crate::image::luminance;
@@ -9,15 +9,16 @@ use serde::Serialize;
 
 /// Cells per axis.
 const CELLS: usize = 18;
-/// Their size, degrees.
+/// Size of a cell, degrees.
 const CELL_DEG: f64 = 5.0;
 
-/// How the light that a scene shows is spread over the angles of half and difference vectors, in cells of 5 degrees.
+/// How the light of a scene is spread over theta_h and theta_d, the angles of half and difference vector, in cells of 5
+/// degrees.
 #[derive(Clone, Debug, Serialize)]
 pub struct SeenMap {
     /// Size of a cell, degrees.
     pub cell_deg: f64,
-    /// Share of the light by theta_h (row) and theta_d (column), both from 0 to 90 degrees.
+    /// Share of the light in each cell: a row per theta_h, a column per theta_d, both from 0 to 90 degrees.
     pub share: Vec<Vec<f64>>,
     /// Share of the measurement's samples that lie in cells of which the scene shows nothing.
     pub samples_never_seen: f64,
@@ -46,7 +47,7 @@ impl SeenMap {
         Self { cell_deg: CELL_DEG, share, samples_never_seen }
     }
 
-    /// Share of the cells that the scene shows nothing of.
+    /// Share of the cells in which the scene shows nothing.
     #[must_use]
     pub fn cells_never_seen(&self) -> f64 {
         let cells = || self.share.iter().flatten();
@@ -59,7 +60,7 @@ fn of(pair: &Pair) -> Geometry<f64> {
     Geometry::new(pair.wi.to_array(), pair.wo.to_array())
 }
 
-/// The cell of a pair: by theta_h and theta_d.
+/// The cell of a pair: its row (theta_h) and column (theta_d).
 fn cell(g: &Geometry<f64>) -> (usize, usize) {
     let theta_h = g.sin2_h().sqrt().atan2(g.h[2]).to_degrees();
     let theta_d = g.cos_d.clamp(-1.0, 1.0).acos().to_degrees();

@@ -1,4 +1,4 @@
-//! A measurement in the light of a scene: its image, and those that models make beside it.
+//! Renders the measurement and the models in a scene, and compares their images.
 
 use super::importance::Importance;
 use super::target::Target;
@@ -13,10 +13,10 @@ use crate::scene::View;
 use crate::tradeoff::{counted, in_single_precision};
 use std::collections::BTreeMap;
 
-/// The values of every lobe's parameters, per channel.
+/// Parameter values by channel and lobe.
 pub(super) type Values = Vec<Vec<LobeValues>>;
 
-/// What a model is evaluated in.
+/// The precision that a model is evaluated in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Precision {
     Single,
@@ -32,24 +32,24 @@ impl Precision {
     }
 }
 
-/// What a scene shows of a measurement, and what models are compared with.
+/// A scene with the measurement rendered in it, which models are compared with.
 pub(super) struct Studio {
     pub(super) view: View,
     pub(super) importance: Importance,
-    /// f per channel at every pair of the view.
+    /// f of the measurement, by channel and pair of the view.
     pub(super) values: Vec<Vec<f64>>,
-    /// Per pair, whether the measurement has something to say there.
+    /// Whether the measurement covers each pair.
     pub(super) known: Vec<bool>,
     /// The image that the measurement makes.
     pub(super) measured: Image,
-    /// Pixels that count.
+    /// Whether each pixel is compared.
     pub(super) compared: Vec<bool>,
-    /// Of the view's samples.
+    /// The directions of the view's samples.
     pub(super) directions: Directions,
 }
 
 impl Studio {
-    /// What a view shows of a measurement up to angles of `max_theta_deg`.
+    /// Renders a measurement, using pairs with angles up to `max_theta_deg` degrees.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a view without pixels.
@@ -71,8 +71,8 @@ impl Studio {
         }
     }
 
-    /// The measurement at `wanted` pairs of the view, drawn in proportion to what an error there does to the image. `None` means
-    /// that no pair is known.
+    /// The measurement interpolated at `wanted` pairs of the view, drawn in proportion to the effect that an error there has
+    /// on the image. `None` if the measurement covers no pair.
     pub(super) fn draw(&self, measurement: &Measurement, wanted: usize) -> Option<Measurement> {
         let chosen = self.importance.draw(&self.view, &self.known, wanted)?;
         let pick = |row: &Vec<f64>| chosen.iter().map(|&index| row[index]).collect();
@@ -87,12 +87,12 @@ impl Studio {
         })
     }
 
-    /// Operations of one evaluation of the first channel.
+    /// Weighted operations of one evaluation of the first channel.
     pub(super) fn cost(&self, expression: &Expression, values: &Values) -> u64 {
         counted(expression, &values[0], self.pairs()).0.weighted()
     }
 
-    /// The image that a model makes, and how far it is from the measured one.
+    /// Renders a model, and returns the image and its differences from the measured one.
     ///
     /// # Errors
     /// [`Error::Invalid`] for an image that is not finite.
@@ -113,7 +113,7 @@ impl Studio {
         Ok((image, differences))
     }
 
-    /// The measured image as it is compared, exposed, with what its pixels see.
+    /// The measured image, exposed, as a target for fits, with the pairs that each compared pixel sees.
     ///
     /// # Errors
     /// [`Error::Invalid`] for an image that is not finite.
@@ -137,12 +137,12 @@ impl Studio {
     }
 }
 
-/// The image that values per channel and pair make: red, green and blue, or grey where there is one channel. What nobody has measured is left out of every image, so that none is wrong
-/// there.
+/// Renders values given by channel and pair; one channel makes a grey image, three are red, green and blue. Pairs that
+/// the measurement does not cover are left out of every image, so that they do not count as differences.
 fn image(view: &View, known: &[bool], values: &[Vec<f64>]) -> Result<Image, Error> {
     assert!(matches!(values.len(), 1 | 3), "expected one channel or three, found {}", values.len());
     let masked = |row: &Vec<f64>| -> Vec<f64> {
-        assert_eq!(row.len(), known.len(), "a value and what is known of it for each pair");
+        assert_eq!(row.len(), known.len(), "one value and one entry of `known` per pair");
         row.iter().zip(known).map(|(f, known)| if *known { *f } else { 0.0 }).collect()
     };
     let rows: Vec<Vec<f64>> = values.iter().map(masked).collect();
@@ -151,7 +151,7 @@ fn image(view: &View, known: &[bool], values: &[Vec<f64>]) -> Result<Image, Erro
     Image::new(side(view.width), side(view.height), view.image([row(0), row(1), row(2)]))
 }
 
-/// Which pairs have data around them and lie within the largest angles.
+/// Whether each pair has data around it and lies within the largest angles.
 fn known(pairs: &[Pair], covered: &[bool], max_theta_deg: f64) -> Vec<bool> {
     let least_cosine = max_theta_deg.to_radians().cos();
     let within = |pair: &Pair| pair.wi.z >= least_cosine && pair.wo.z >= least_cosine;

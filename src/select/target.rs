@@ -1,4 +1,4 @@
-//! What tells a pixel from the measured one, in the metric of a fit.
+//! The residuals of a pixel against the measured one, in the metric of a fit.
 
 use crate::fit::{self, Metric};
 use crate::image::ColourTarget;
@@ -11,7 +11,7 @@ pub(super) enum Target {
     Radiance(Vector3<f64>),
     /// log: ln(1 + x) of the radiances.
     Logarithm(Vector3<f64>),
-    /// cbrt: how the colours differ to an eye. L*, a* and b* are differences of cube roots.
+    /// cbrt: the colour difference that an eye sees. L*, a* and b* are differences of cube roots.
     Colour(ColourTarget),
 }
 
@@ -31,7 +31,7 @@ impl fit::Target for Target {
         match self {
             Self::Radiance(measured) => (x - measured, Matrix3::identity()),
             Self::Logarithm(measured) => {
-                // Interpolation, and nothing else, can make radiances negative.
+                // Only interpolation can make radiances negative.
                 let x = x.map(|x| Metric::Log.measured(x));
                 (x.map(f64::ln_1p) - measured, Matrix3::from_diagonal(&x.map(|x| 1.0 / (1.0 + x))))
             }

@@ -1,9 +1,9 @@
-//! The choice as a table for people.
+//! The result as a table.
 
 use super::{Selected, Tried};
 use std::fmt::Write as _;
 
-/// The choice as a table, ending in a newline.
+/// The result as a table, ending in a newline.
 #[must_use]
 pub fn table(found: &Selected) -> String {
     let mut text = String::new();
@@ -29,7 +29,7 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
     if let Some(left_out) = &data.left_out {
         writeln!(
             text,
-            "the measurement foretells its own samples to {:.1} % (median)",
+            "leaving samples out and interpolating them: median error {:.1} %",
             100.0 * left_out.median
         )?;
     }
@@ -45,7 +45,7 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
         "", "cost", "", "dE00 p95", "finer", "rel. RMSE", "PSNR, dB"
     )?;
     for (index, tried) in found.tried.iter().enumerate() {
-        // Rounding hardly ever shows: then one line does for both precisions.
+        // Both precisions usually give the same numbers; they then share one line.
         let is_twin = |other: &&Tried| other.model == tried.model && other.precision != tried.precision;
         let twin = found.tried.iter().find(is_twin).filter(|other| numbers(other) == numbers(tried));
         if twin.is_some() && tried.precision == "f64" && found.answer != Some(index) {
@@ -87,7 +87,7 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
     Ok(())
 }
 
-/// The differences as they are printed.
+/// The four numbers of a line: CIEDE2000, the same in finer light, relative RMSE and PSNR.
 fn numbers(tried: &Tried) -> [String; 4] {
     let differences = &tried.differences;
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());

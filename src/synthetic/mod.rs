@@ -1,5 +1,5 @@
-//! Synthetic measurements: a model's values at given directions, with noise of known size; and what a rough
-//! surface of little mirrors reflects, ray by ray.
+//! Synthetic measurements: the values of a model at given directions with noise of known size, and the reflection of rough
+//! surfaces of small mirrors, traced ray by ray.
 
 #![allow(
     clippy::indexing_slicing,
@@ -16,7 +16,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 
-/// Noise of a synthetic measurement: f (1 + relative N(0,1)) + absolute N(0,1); negatives are kept.
+/// Noise of a synthetic measurement: f (1 + relative N(0,1)) + absolute N(0,1); negative values are kept.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Noise {
     /// Standard deviation relative to f.
@@ -26,24 +26,24 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Whether there is any.
+    /// Whether there is any noise.
     #[must_use]
     pub fn any(self) -> bool {
         self.relative > 0.0 || self.absolute > 0.0
     }
 
-    /// Standard deviation of a measurement of `f`.
+    /// Standard deviation of the measured value of `f`, 1/sr.
     #[must_use]
     pub fn sigma(self, f: f64) -> f64 {
         (self.relative * f).hypot(self.absolute)
     }
 }
 
-/// `n` pairs of directions up to `max_theta_deg`: half uniform over both hemispheres' solid angle, half
-/// gathered about the mirror direction, where the lobes of shiny materials are.
+/// Draws `n` pairs of directions up to `max_theta_deg`: half of them uniform over the solid angle of both hemispheres, half
+/// concentrated around the mirror direction, where shiny materials have their lobes.
 ///
-/// A gathered pair has its half vector at an angle to the normal spread evenly in its logarithm from 0.2
-/// degrees on, so that lobes of every width are covered.
+/// In the second half the angle between half vector and normal is evenly distributed in its logarithm, from 0.2 degrees
+/// up, so that lobes of every width are covered.
 #[must_use]
 pub fn scattered_directions(n: usize, max_theta_deg: f64, seed: u64) -> Vec<Pair> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -61,7 +61,7 @@ pub fn scattered_directions(n: usize, max_theta_deg: f64, seed: u64) -> Vec<Pair
             let h = direction(theta_h, uniform(0.0, turn));
             h * (2.0 * wi.dot(h)) - wi
         };
-        // Mirrored pairs can end below the horizon or beyond the limit.
+        // A mirrored direction can be below the horizon or beyond the limit.
         if wo.z >= limit.cos() {
             pairs.push(Pair { wi, wo });
         }
@@ -69,7 +69,7 @@ pub fn scattered_directions(n: usize, max_theta_deg: f64, seed: u64) -> Vec<Pair
     pairs
 }
 
-/// The values of a model, and their standard deviation, per channel and sample.
+/// The values of a model and their standard deviations, by channel and sample.
 #[derive(Clone, Debug)]
 pub struct Values {
     /// f with noise, 1/sr.
@@ -78,10 +78,10 @@ pub struct Values {
     pub sigma: Vec<Vec<f64>>,
 }
 
-/// Tells the stream of noise from that of directions with the same seed.
+/// Number that separates the random stream of the noise from that of directions with the same seed.
 const NOISE_STREAM: u64 = 0x6e6f_6973_6500;
 
-/// Evaluates a model with noise. The same seed draws the same noise.
+/// Evaluates a model and adds noise. The same seed gives the same noise.
 #[must_use]
 pub fn values(
     expression: &Expression,
@@ -95,7 +95,7 @@ pub fn values(
     let mut values = expression.values(directions, &parameters);
     let sigma = values.iter().map(|row| row.iter().map(|f| noise.sigma(*f)).collect()).collect();
     if noise.any() {
-        // Sample by sample, all channels of each.
+        // The noise is drawn sample by sample, for all channels of each.
         for sample in 0..directions.len() {
             for row in &mut values {
                 let mut normal = || rng.sample::<f64, _>(StandardNormal);
@@ -106,7 +106,7 @@ pub fn values(
     Values { values, sigma }
 }
 
-/// A synthetic measurement in memory.
+/// Makes a synthetic measurement in memory.
 #[must_use]
 pub fn measurement(
     expression: &Expression,

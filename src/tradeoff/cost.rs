@@ -1,4 +1,4 @@
-//! What an evaluation costs: operations, which depend on the formula alone, and nanoseconds on this machine.
+//! The cost of an evaluation: operations, which depend only on the formula, and nanoseconds on this machine.
 
 use crate::geometry::{BLOCK, Block, Directions, Geometry, Pair};
 use crate::math::{Counted, Operations, Real, count, counting};
@@ -14,19 +14,19 @@ type Values<T> = Vec<LobeValues<T>>;
 /// The median of repeated timings, and the quartiles.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Spread {
-    /// Half of the timings are below.
+    /// Median.
     pub median: f64,
-    /// A quarter are below.
+    /// Lower quartile: a quarter of the timings are below.
     pub low: f64,
-    /// A quarter are above.
+    /// Upper quartile: a quarter of the timings are above.
     pub high: f64,
 }
 
-/// Nanoseconds for one evaluation: one channel at one pair of directions whose cosines are known, what the
-/// parameters alone decide having been prepared.
+/// Nanoseconds for one evaluation: one channel at one pair of directions. The cosines of the directions and all that
+/// depends only on the parameters are computed before.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Nanoseconds {
-    /// One after the other in double precision.
+    /// One pair after another in double precision.
     pub scalar_f64: Spread,
     /// The same in single precision.
     pub scalar_f32: Spread,
@@ -34,43 +34,43 @@ pub struct Nanoseconds {
     pub blocks_f64: Spread,
 }
 
-/// What an evaluation costs.
+/// The cost of an evaluation.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Cost {
     /// Operations of one evaluation, by kind.
     pub operations: Operations,
-    /// The same in units of a sum: quotients and roots count 4, transcendental functions 25.
+    /// Their number in units of one sum: quotients and roots count 4, transcendental functions 25.
     pub weighted: u64,
-    /// What is done once for a set of parameters, in the same units; table building included.
+    /// Operations done once per set of parameters, such as building tables, in the same units.
     pub prepared_once: u64,
-    /// On this machine; differs from run to run.
+    /// Times on this machine; they differ from run to run.
     pub time_ns: Nanoseconds,
 }
 
-/// What an evaluation of a model's basis functions costs in a fit, nanoseconds per pair of directions on one thread; differs from
-/// run to run.
+/// Time that a fit takes to evaluate a model's basis functions, nanoseconds per pair of directions on one thread; differs
+/// from run to run.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BasisCost {
-    /// Of the values alone.
+    /// For the values alone.
     pub value: f64,
-    /// With their derivatives with respect to every shape.
+    /// For the values and their derivatives with respect to every shape.
     pub with_derivatives: f64,
 }
 
-/// How long one series of evaluations is repeated at least.
+/// Shortest time for which one series of evaluations is repeated.
 const SERIES: Duration = Duration::from_millis(2);
-/// How many series are timed.
+/// Number of series that are timed.
 const REPEATS: usize = 9;
-/// Evaluations in a call. The preparation is measured apart; it is to be small beside them.
+/// Evaluations per call: enough to make the preparation, which is timed separately, small in comparison.
 const PAIRS: usize = 2048;
-/// Evaluations in a call where the preparation takes more operations than [`LONG`], as tables do.
+/// Evaluations per call if the preparation takes more operations than [`LONG`], as it does for tables.
 const MORE_PAIRS: usize = 40_000;
-/// Operations of a preparation beyond which it is long.
+/// Number of operations above which a preparation is long.
 const LONG: u64 = 20_000;
 
 /// Counts and times evaluations with the parameters of one channel at `pairs`.
 pub(super) fn cost(expression: &Expression, values: &[LobeValues], pairs: &[Pair]) -> Cost {
-    assert!(!pairs.is_empty(), "a cost is measured at pairs of directions");
+    assert!(!pairs.is_empty(), "a cost is measured at one pair of directions or more");
     let (operations, once) = counted(expression, values, pairs);
     let evaluations = if once.weighted() > LONG { MORE_PAIRS } else { PAIRS };
     let pairs: Vec<Pair> = pairs.iter().copied().cycle().take(evaluations).collect();
@@ -86,12 +86,12 @@ pub(super) fn cost(expression: &Expression, values: &[LobeValues], pairs: &[Pair
     }
 }
 
-/// Blocks in which basis functions are timed: few enough for the nearest caches.
+/// Number of blocks in which basis functions are timed: small enough for the fastest caches.
 const BASIS_BLOCKS: usize = 8;
-/// Passes over those blocks, of which the fastest counts: enough for one of them to be undisturbed.
+/// Number of passes over those blocks: large enough that one of them runs undisturbed. The fastest counts.
 const BASIS_PASSES: usize = 20;
 
-/// Times the basis functions of a model's default variant where a fit begins.
+/// Times the basis functions of a model's default variant at the initial parameters.
 #[must_use]
 pub fn basis_cost(entry: &ModelEntry) -> BasisCost {
     let model = match entry.build(&[]) {
@@ -125,7 +125,7 @@ pub fn basis_cost(entry: &ModelEntry) -> BasisCost {
     BasisCost { value: time(Derivatives::None), with_derivatives: time(Derivatives::All) }
 }
 
-/// The operations of one evaluation, and those done once for the parameters.
+/// Counts the operations of one evaluation, and those done once for the parameters.
 pub(crate) fn counted(
     expression: &Expression,
     values: &[LobeValues],
@@ -142,7 +142,7 @@ pub(crate) fn counted(
     (each, once.beyond(&each))
 }
 
-/// The values of a model in single precision, of parameters and directions rounded to it.
+/// The values of a model computed in single precision, with parameters and directions rounded to it.
 pub(crate) fn in_single_precision(
     expression: &Expression,
     values: &[LobeValues],
@@ -187,7 +187,8 @@ fn blocks(expression: &Expression, values: &[LobeValues], pairs: Vec<Pair>) -> S
     )
 }
 
-/// Nanoseconds for one of the `evaluations` that `all` makes and `one` makes one of, both with the same preparation.
+/// Nanoseconds per evaluation. `all` makes `evaluations` of them and `one` makes one, both with the same preparation,
+/// which cancels in the difference.
 fn per_evaluation(evaluations: usize, mut all: impl FnMut(), mut one: impl FnMut()) -> Spread {
     let (repeats, repeats_of_one) = (enough(&mut all), enough(&mut one));
     let mut found: Vec<f64> = (0..REPEATS)
@@ -201,7 +202,7 @@ fn per_evaluation(evaluations: usize, mut all: impl FnMut(), mut one: impl FnMut
     Spread { median: at(2), low: at(1), high: at(3) }
 }
 
-/// How many calls take [`SERIES`]. The first warms the caches.
+/// Number of calls that together take [`SERIES`] or longer. A first call warms the caches.
 fn enough(work: &mut impl FnMut()) -> u32 {
     work();
     let mut repeats = 1;
@@ -211,7 +212,7 @@ fn enough(work: &mut impl FnMut()) -> u32 {
     repeats
 }
 
-/// Seconds that a call takes, the mean of `repeats`.
+/// Mean time of a call over `repeats` calls, seconds.
 fn series(work: &mut impl FnMut(), repeats: u32) -> f64 {
     let started = Instant::now();
     for _ in 0..repeats {

@@ -1,11 +1,11 @@
-//! The models that are tried where none are named, and the approximations inside one model.
+//! The models that are tried if none are named, and the approximations inside one model.
 
 /// A model to try.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
     /// Its expression.
     pub model: &'static str,
-    /// Parameters freed that are fixed by default.
+    /// Parameters that are fixed by default and freed here.
     pub free: &'static [&'static str],
 }
 
@@ -13,7 +13,7 @@ const fn step(model: &'static str) -> Step {
     Step { model, free: &[] }
 }
 
-/// From one number to a model without a parametric form.
+/// The models tried by default, from a single number to a model without a parametric form.
 pub const LADDER: &[Step] = &[
     step("lambert"),
     step("oren-nayar(variant=fujii)"),
@@ -27,7 +27,7 @@ pub const LADDER: &[Step] = &[
     step("oren-nayar(variant=fujii) + cook-torrance(d=ggx, g=smith, f=schlick)"),
     step("lambert + cook-torrance(d=student-t, g=smith, f=schlick)"),
     step("bagher-sgd"),
-    // Schlick's Fresnel with f0 = 0 still reflects at grazing: only with a strength of its own can a lobe be absent.
+    // With f0 = 0 Schlick's Fresnel term still reflects at grazing angles, so a lobe can only vanish if its strength is free.
     Step {
         model: "lambert + cook-torrance(d=ggx, g=smith, f=schlick) + cook-torrance(d=ggx, g=smith, f=schlick)",
         free: &["cook-torrance.ks", "cook-torrance#2.ks"],
@@ -35,13 +35,13 @@ pub const LADDER: &[Step] = &[
     step("lambert + cook-torrance(d=tabulated, g=smith, f=schlick)"),
 ];
 
-/// An exact form and one that stands in for it.
+/// An exact formula and an approximation that replaces it.
 pub struct Shortcut {
-    /// What is replaced by what.
+    /// What replaces what.
     pub name: &'static str,
-    /// The expression with the exact form.
+    /// The expression with the exact formula.
     pub exact: &'static str,
-    /// The same with the other.
+    /// The expression with the approximation.
     pub approximate: &'static str,
 }
 
@@ -49,9 +49,9 @@ const fn shortcut(name: &'static str, exact: &'static str, approximate: &'static
     Shortcut { name, exact, approximate }
 }
 
-/// A surface with GGX, where shortcuts begin or end.
+/// A surface with GGX, the exact or the approximate form of several shortcuts.
 const GGX: &str = "lambert + cook-torrance(d=ggx, g=smith, f=schlick)";
-/// A surface with Beckmann's distribution, where shortcuts begin.
+/// A surface with Beckmann's distribution, the exact form of several shortcuts.
 const BECKMANN: &str = "lambert + cook-torrance(d=beckmann, g=smith, f=schlick)";
 
 /// Approximations in common use.
@@ -97,7 +97,7 @@ pub const SHORTCUTS: &[Shortcut] = &[
     ),
 ];
 
-/// Numbers of samples that a fit is tried with, besides all.
+/// Numbers of samples to fit, in addition to all of them.
 pub const BUDGETS: [usize; 7] = [100, 300, 1000, 3000, 10_000, 30_000, 100_000];
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! `brdfit tradeoff`: what accuracy costs. Models from one number to none of a form, the approximations inside one model, and
-//! the number of samples, each with its errors and what an evaluation of it takes.
+//! `brdfit tradeoff`: what accuracy costs. It compares models from a single number to one without a parametric form,
+//! approximations inside one model, and numbers of samples, each with its errors and the cost of an evaluation.
 //!
 //! docs/use/tradeoff.md describes what is measured and the JSON form field by field.
 
@@ -37,31 +37,31 @@ use std::time::Instant;
 
 /// Name of the schema.
 pub const SCHEMA: &str = "brdfit.tradeoff/1";
-/// Samples that the fits of the ladder use where no other number is asked for. Errors are those on all samples.
+/// Default number of samples that the fits of the ladder use. Errors are always computed on all samples.
 pub const FIT_SAMPLES: usize = 20_000;
-/// Share of the angles of incidence that the second fit of every model does not see.
+/// Share of the angles of incidence that is left out of the second fit of every model.
 pub const HOLD_OUT: f64 = 0.2;
-/// Pairs of directions that single precision and approximations are compared at.
+/// Number of pairs of directions at which single precision and approximations are compared.
 const COMPARED: usize = 4000;
 
-/// What accuracy costs for one measurement.
+/// The cost of accuracy for one measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tradeoff {
     /// `brdfit.tradeoff/1`.
     pub schema: &'static str,
     /// Version of the program.
     pub version: &'static str,
-    /// What was measured.
+    /// The measurement.
     pub data: Data,
-    /// The metric that fits minimise, and that the front is drawn in: l2, log or cbrt.
+    /// The metric that fits minimise and that defines the front: l2, log or cbrt.
     pub metric: &'static str,
-    /// Samples that each fit of `models` and `approximations` uses; null for all.
+    /// Number of samples that each fit of `models` and `approximations` uses; null means all.
     pub fit_samples: Option<usize>,
     /// Seed of every draw.
     pub seed: u64,
-    /// Every model, in the order asked for.
+    /// Every model, in the order of the request.
     pub models: Vec<Entry>,
-    /// Approximations inside one model; empty where models were named.
+    /// Approximations inside one model; empty if models were named.
     pub approximations: Vec<Approximation>,
     /// Fits of the model with the least error to parts of the samples.
     pub samples: Budgets,
@@ -69,7 +69,7 @@ pub struct Tradeoff {
     pub failed: Vec<Failure>,
 }
 
-/// What was measured.
+/// The measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct Data {
     /// The file as it was named.
@@ -80,7 +80,7 @@ pub struct Data {
     pub sha256: String,
     /// Names of the channels.
     pub channels: Vec<String>,
-    /// Samples that errors are measured on.
+    /// Number of samples on which errors are computed.
     pub used: usize,
 }
 
@@ -89,70 +89,71 @@ pub struct Data {
 pub struct Entry {
     /// The expression with every choice spelled out.
     pub model: String,
-    /// Parameters that were freed, fixed by default.
+    /// Parameters that are fixed by default and were freed.
     pub free: &'static [&'static str],
-    /// Numbers to store: the parameters that are neither fixed nor tied, of all channels.
+    /// Number of values to store: the parameters of all channels that are neither fixed nor tied.
     pub parameters: usize,
-    /// What an evaluation costs.
+    /// The cost of an evaluation.
     pub cost: Cost,
-    /// Every error on all samples.
+    /// The errors on all samples, in every metric.
     pub errors: ErrorRecord,
-    /// Every error on angles of incidence that a second fit has not seen; null where there are too few angles.
+    /// The errors of a second fit on angles of incidence that were left out of it; null if there are too few angles.
     pub held_out: Option<ErrorRecord>,
-    /// How far the model in single precision is from itself in double: root of the summed squares of the difference of
-    /// f cos(theta_i) over that of f cos(theta_i).
+    /// Relative difference between single and double precision: the root of the sum of squared differences of
+    /// f cos(theta_i), divided by the root of the sum of squares of f cos(theta_i).
     pub single_precision: f64,
     /// Whether the fit is usable.
     pub usable: bool,
-    /// Whether no other usable model has both less cost and less error.
+    /// Whether no other usable model has both a lower cost and a smaller error.
     pub on_front: bool,
     /// How long the first fit took, seconds; differs from run to run.
     pub fit_s: f64,
 }
 
-/// An exact form and one that stands in for it.
+/// An exact formula and an approximation that replaces it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Approximation {
-    /// What is replaced by what.
+    /// What replaces what.
     pub name: &'static str,
-    /// The expression with the exact form.
+    /// The expression with the exact formula.
     pub exact: String,
-    /// The same with the other.
+    /// The expression with the approximation.
     pub approximate: String,
-    /// Weighted operations of both.
+    /// Weighted operations of the exact and the approximate form.
     pub weighted: [u64; 2],
-    /// The metric's error of both, each fitted.
+    /// Errors of both in the metric, after a fit of each.
     pub errors: [f64; 2],
-    /// How far the other is from the exact one at the exact one's parameters, like `single_precision`: what a renderer sees
-    /// that takes one for the other without a fit. Null where a parameter is another one.
+    /// Relative difference of the approximation from the exact form at the parameters of the exact form, defined like
+    /// `single_precision`: the error of a renderer that replaces one by the other without a new fit. Null if the two have
+    /// different parameters.
     pub unfitted: Option<f64>,
 }
 
 /// Fits to parts of the samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct Budgets {
-    /// The model.
+    /// The model; null if no model is usable.
     pub model: Option<String>,
-    /// One fit per number of samples, the last with all.
+    /// One fit per number of samples, the last one with all of them.
     pub fits: Vec<Budget>,
 }
 
 /// A fit to some of the samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct Budget {
-    /// How many.
+    /// Number of samples.
     pub samples: usize,
-    /// The metric's error on all samples.
+    /// Error on all samples, in the metric.
     pub error: f64,
     /// How long the fit took, seconds; differs from run to run.
     pub fit_s: f64,
 }
 
-/// What to compare and how.
+/// The models to compare, and how.
 pub struct Request<'a> {
-    /// The models; [`LADDER`] and [`SHORTCUTS`] if none.
+    /// The models; if empty, [`LADDER`] and [`SHORTCUTS`].
     pub expressions: &'a [Expression],
-    /// Metric, filters, settings, seed and deadline of the fits; `filters.samples` is the number of samples that each fit uses.
+    /// Metric, filters, settings, seed and deadline of the fits; each fit uses `filters.samples` samples.
     pub options: &'a Options,
 }
 
@@ -160,12 +161,12 @@ pub struct Request<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     pub(crate) expression: Expression,
-    /// Parameters to free that are fixed by default.
+    /// Parameters that are fixed by default and to be freed.
     pub(crate) free: &'static [&'static str],
 }
 
 impl Candidate {
-    /// Those named; the ladder if none are.
+    /// The models in `named` or, if it is empty, those of the ladder.
     pub(crate) fn all(named: &[Expression]) -> Result<Vec<Self>, Error> {
         match named {
             [] => LADDER.iter().map(Self::of).collect(),
@@ -181,7 +182,7 @@ impl Candidate {
         Ok(Self { expression: Expression::parse(step.model)?, free: step.free })
     }
 
-    /// The options with what is freed.
+    /// Returns `options` with this candidate's parameters freed.
     pub(crate) fn options(&self, options: &Options) -> Result<Options, Error> {
         let mut options = options.clone();
         for name in self.free {
@@ -199,22 +200,22 @@ struct Fitted {
     seconds: f64,
 }
 
-/// The comparisons under way.
+/// The state of a comparison.
 struct Comparison<'a> {
     measurement: &'a Measurement,
     options: &'a Options,
-    /// All of them.
+    /// All samples, on which errors are computed.
     samples: &'a Samples,
-    /// Where costs and approximations are evaluated.
+    /// The pairs of directions at which costs and approximations are evaluated.
     pairs: Vec<Pair>,
-    /// What is fitted already, by canonical expression.
+    /// The fits done so far, by canonical expression.
     fits: BTreeMap<String, Result<Arc<Fitted>, Error>>,
 }
 
-/// Fits, counts and times.
+/// Fits every model, counts its operations and times it.
 ///
 /// # Errors
-/// Those of [`fit`], where no model can be fitted.
+/// Those of [`fit`], if no model can be fitted.
 pub fn compare(
     measurement: &Measurement,
     request: &Request<'_>,
@@ -271,7 +272,7 @@ pub fn compare(
 }
 
 impl Comparison<'_> {
-    /// Fits a model to `samples` of the samples.
+    /// Fits a model to at most `samples` samples. `None` means all.
     fn fit(&self, candidate: &Candidate, samples: Option<usize>) -> Result<Fitted, Error> {
         let expression = &candidate.expression;
         let mut options = candidate.options(self.options)?;
@@ -283,7 +284,7 @@ impl Comparison<'_> {
         Ok(Fitted { expression: expression.clone(), fit, errors, seconds })
     }
 
-    /// The fit of a model, made once.
+    /// The fit of a model, which is made once and kept. `None` if it failed.
     fn fitted(&mut self, candidate: &Candidate) -> Option<Arc<Fitted>> {
         let name = candidate.expression.canonical();
         if let Some(known) = self.fits.get(&name) {
@@ -294,7 +295,7 @@ impl Comparison<'_> {
         known.as_ref().ok().cloned()
     }
 
-    /// Errors on angles of incidence that the fit has not seen.
+    /// Errors on angles of incidence that were left out of the fit. `None` if there is no such fit.
     fn held_out(&self, candidate: &Candidate) -> Option<Errors> {
         let options = Options { hold_out: Some(HOLD_OUT), ..candidate.options(self.options).ok()? };
         let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
@@ -325,17 +326,18 @@ impl Comparison<'_> {
         })
     }
 
-    /// The first channel at the directions of comparison.
+    /// Values of the first channel at the pairs of the comparison.
     fn values(&self, fitted: &Fitted) -> Vec<f64> {
         let directions = Directions::Scattered(self.pairs.clone());
         let mut values = fitted.expression.values(&directions, &[fitted.fit.table.formula_values(0)]);
         values.swap_remove(0)
     }
 
-    /// Root of the summed squares of the difference of f cos(theta_i) over that of `reference`.
+    /// Relative difference from `reference`: the root of the sum of squared differences of f cos(theta_i), divided by that of
+    /// `reference`.
     fn distance(&self, found: &[f64], reference: &[f64]) -> f64 {
-        assert_eq!(found.len(), self.pairs.len(), "a value for each pair");
-        assert_eq!(reference.len(), self.pairs.len(), "a value for each pair");
+        assert_eq!(found.len(), self.pairs.len(), "one value per pair");
+        assert_eq!(reference.len(), self.pairs.len(), "one value per pair");
         let (mut difference, mut size) = (0.0, 0.0);
         for ((found, reference), pair) in found.iter().zip(reference).zip(&self.pairs) {
             difference += ((found - reference) * pair.wi.z).powi(2);
@@ -368,7 +370,7 @@ impl Comparison<'_> {
         }))
     }
 
-    /// Fits of the best model to ever more samples.
+    /// Fits the best model to increasing numbers of samples.
     fn budgets(&self, models: &[Entry], progress: &dyn Progress) -> Result<Budgets, Error> {
         let metric = self.options.metric;
         let usable = models.iter().filter(|entry| entry.usable);
@@ -379,7 +381,7 @@ impl Comparison<'_> {
             let all = self.samples.len();
             for samples in BUDGETS.into_iter().filter(|budget| *budget < all).chain([all]) {
                 progress.stage(&format!("{samples} samples of {all}"));
-                // Too few for the model's parameters, or all at one angle: there is no such fit.
+                // The fit fails if there are too few samples for the parameters, or all are at one angle; it is left out.
                 let Ok(fitted) = self.fit(&candidate, Some(samples)) else { continue };
                 let error = fitted.errors.all.in_metric(metric);
                 fits.push(Budget { samples, error, fit_s: fitted.seconds });
@@ -394,19 +396,19 @@ impl Comparison<'_> {
     }
 }
 
-/// Some of the directions of the samples.
+/// Draws up to [`COMPARED`] pairs of directions of the samples.
 fn pairs(samples: &Samples, seed: u64) -> Vec<Pair> {
     let part = Draws::new(samples).part(COMPARED, seed);
     let pair = |w: [f64; 3]| DVec3::from_array(w);
     part.directions.iter().map(|g| Pair { wi: pair(g.wi), wo: pair(g.wo) }).collect()
 }
 
-/// The parameters that are neither fixed nor tied.
+/// Number of parameters that are neither fixed nor tied, over all channels.
 fn stored(fit: &Fit) -> usize {
     fit.table.rows().iter().filter(|row| !matches!(row.status, Status::Fixed | Status::Tied(_))).count()
 }
 
-/// The model of `to` with the values that the parameters of `from` have. `None` means that their parameters differ.
+/// The model of `to` with the parameter values of `from`. `None` if they have different parameters.
 fn with_parameters_of(to: &Fitted, from: &Fitted) -> Option<Fitted> {
     let mut fit = to.fit.clone();
     if fit.table.rows().len() != from.fit.table.rows().len() {
@@ -421,18 +423,19 @@ fn with_parameters_of(to: &Fitted, from: &Fitted) -> Option<Fitted> {
     Some(Fitted { expression: to.expression.clone(), fit, errors: to.errors.clone(), seconds: 0.0 })
 }
 
-/// The error of the metric; infinite where there is none.
+/// The error in the metric; infinite if there is none.
 fn recorded(errors: &ErrorRecord, metric: Metric) -> f64 {
     recorded_in(errors, metric.name()).unwrap_or(f64::INFINITY)
 }
 
-/// The error that is called `metric`.
+/// The error in the metric with this name.
 fn recorded_in(errors: &ErrorRecord, metric: &str) -> Option<f64> {
     let all = [("l2", errors.l2), ("log", errors.log), ("cbrt", errors.cbrt)];
     all.into_iter().find(|(name, _)| *name == metric).and_then(|(_, error)| error)
 }
 
-/// Marks the usable models that no other beats in both cost and error. Costs are operations, which are the same everywhere.
+/// Marks the usable models that no other beats in both cost and error. Costs are operations, which are the same on every
+/// machine.
 fn mark_front(models: &mut [Entry], metric: Metric) {
     let points: Vec<(u64, f64, bool)> =
         models.iter().map(|m| (m.cost.weighted, recorded(&m.errors, metric), m.usable)).collect();

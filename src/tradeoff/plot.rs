@@ -1,4 +1,4 @@
-//! Error against cost, as SVG.
+//! A plot of error against cost, as SVG.
 
 use super::{Entry, Tradeoff, recorded_in};
 use crate::error::{Error, OptionName};
@@ -7,23 +7,23 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::ops::Range;
 
-/// Width, and height of the plot alone, pixels.
+/// Width and height of the plot without the lines below it, pixels.
 const SIZE: (u32, u32) = (900, 480);
-/// Height of the line that each model has below the plot, pixels.
+/// Height of each model's line below the plot, pixels.
 const LINE: u32 = 15;
 /// Colour of models on the front.
 const FRONT: RGBColor = RGBColor(0, 90, 160);
-/// Colour of the others.
+/// Colour of the other models.
 const BEHIND: RGBColor = RGBColor(150, 150, 150);
 
-/// A point of the plot.
+/// A point of the plot: one model.
 struct Point<'a> {
     cost: f64,
     error: f64,
     entry: &'a Entry,
 }
 
-/// A logarithmic axis that always carries numbers, however short it is.
+/// A logarithmic axis that has labelled ticks even if its range is short.
 struct LogAxis {
     range: Range<f64>,
     logarithm: RangedCoordf64,
@@ -54,11 +54,11 @@ impl Ranged for LogAxis {
     }
 }
 
-/// The numbers to write at a logarithmic axis: powers of ten with their multiples by 2 and 5, powers of ten alone if those are
-/// too many, and finer steps if they are fewer than two.
+/// The labelled ticks of a logarithmic axis: powers of ten and their multiples by 2 and 5; only powers of ten if those
+/// are too many, and finer steps if they are fewer than two.
 fn ticks(range: &Range<f64>) -> Vec<f64> {
     const MOST: usize = 20;
-    // Tenths of a power of ten: each from 10 to 99.
+    // Multiples of a tenth of a power of ten: factors from 10 to 99.
     let finer: [Vec<u32>; 3] = [vec![10, 20, 50], (10..100).step_by(10).collect(), (10..100).collect()];
     let mut found = Vec::new();
     for tenths in &finer {
@@ -75,7 +75,7 @@ fn ticks(range: &Range<f64>) -> Vec<f64> {
     found
 }
 
-/// The numbers within a range that are some tenths of a power of ten, in ascending order.
+/// The numbers within a range that are a power of ten times one of `tenths`/10, in ascending order.
 fn multiples(range: &Range<f64>, tenths: &[u32]) -> Vec<f64> {
     #[expect(clippy::cast_possible_truncation, reason = "the exponent of a finite number")]
     let exponent = |x: f64| x.log10().floor() as i32;
@@ -84,7 +84,7 @@ fn multiples(range: &Range<f64>, tenths: &[u32]) -> Vec<f64> {
     for power in exponent(range.start) - 2..=exponent(range.end) {
         for &count in tenths {
             let count = f64::from(count);
-            // A quotient by a power of ten is rounded once, so that it prints as short as it is.
+            // Dividing by a power of ten rounds only once, so the number prints without spurious digits.
             let x = if power < 0 { count / 10_f64.powi(-power) } else { count * 10_f64.powi(power) };
             if range.start <= x && x <= range.end {
                 found.push(x);
@@ -94,10 +94,10 @@ fn multiples(range: &Range<f64>, tenths: &[u32]) -> Vec<f64> {
     found
 }
 
-/// The usable models, error against weighted operations, both logarithmic, with the front drawn.
+/// Plots the errors of the usable models against their weighted operations, both on logarithmic axes, with the front.
 ///
 /// # Errors
-/// [`Error::Invalid`] where no usable model has a positive error, [`Error::Encoding`] where the plot cannot be drawn.
+/// [`Error::Invalid`] if no usable model has a positive error, [`Error::Encoding`] if the plot cannot be drawn.
 pub fn svg(found: &Tradeoff) -> Result<String, Error> {
     let mut points: Vec<Point<'_>> = found
         .models
@@ -105,7 +105,7 @@ pub fn svg(found: &Tradeoff) -> Result<String, Error> {
         .filter(|entry| entry.usable)
         .filter_map(|entry| {
             let error = recorded_in(&entry.errors, found.metric).filter(|error| *error > 0.0)?;
-            // A model may cost nothing beyond a constant.
+            // A model that is a constant costs 0 operations, which a logarithmic axis cannot show.
             Some(Point { cost: as_f64(entry.cost.weighted.max(1)), error, entry })
         })
         .collect();
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn every_axis_carries_two_numbers_at_least_and_twenty_at_most() {
-        // The shortest axis is that of one point: a factor of 1.25 on either side.
+        // The shortest axis is that of a single point: it extends by a factor of 1.25 on either side.
         for step in 0..2000 {
             let middle = 10_f64.powf(-8.0 + 0.01 * f64::from(step));
             for factor in [1.25, 2.0, 7.0, 100.0, 1e6, 1e30] {

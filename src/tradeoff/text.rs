@@ -1,4 +1,4 @@
-//! The comparison as a table for people, and as CSV.
+//! The comparison as a table and as CSV.
 
 use super::{Entry, Tradeoff, recorded_in};
 use crate::error::Error;
@@ -19,7 +19,7 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
     writeln!(text, "{}: {} samples, {}", data.path, data.used, data.channels.join(" "))?;
     let fitted = found.fit_samples.filter(|samples| *samples < data.used);
     let fitted = fitted.map_or_else(|| "all".to_owned(), |samples| samples.to_string());
-    writeln!(text, "each fitted to {fitted} of them in {metric}; errors are those on all\n")?;
+    writeln!(text, "each model is fitted to {fitted} of them in {metric}; errors are computed on all\n")?;
     writeln!(
         text,
         "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>11} {:>11} {:>8} {:>8}  model",
@@ -50,7 +50,7 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
             entry.model,
         )?;
     }
-    writeln!(text, "\n* no model has both less cost and less error")?;
+    writeln!(text, "\n* no model has both a lower cost and a smaller error")?;
     if !found.approximations.is_empty() {
         writeln!(text, "\n{:>9} {:>11} {:>11} {:>9}  approximation", "cost", metric, "", "unfitted")?;
         for a in &found.approximations {
@@ -84,7 +84,7 @@ fn number(value: Option<f64>) -> String {
 /// The models as CSV, one line each.
 ///
 /// # Errors
-/// None in practice: memory can be written.
+/// [`Error::Encoding`], which does not occur in practice.
 pub fn csv(found: &Tradeoff) -> Result<Vec<u8>, Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let failed = |error: &dyn std::fmt::Display| Error::Encoding { format: "CSV", reason: error.to_string() };

@@ -66,10 +66,9 @@ fn check_reads_reports() {
     folder.write("good.csv", GOOD);
     folder.brdfit("fit good.csv -m lambert -m phong -o several.json -q").good();
     let run = folder.brdfit("check several.json");
-    assert!(
-        run.stderr
-            .starts_with("warning: several.json: 2 reports, checked is the first of the ranking: good.csv, ")
-    );
+    assert!(run.stderr.starts_with(
+        "warning: several.json: 2 reports; only the first, the best of the ranking, is checked: good.csv, "
+    ));
     // A model that a report calls fitted, but that breaks physics.
     let mut report = parse(&folder.read("several.json"))["reports"][0].clone();
     report["parameters"][0]["value"] = json!(1.75);

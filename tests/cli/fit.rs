@@ -204,7 +204,7 @@ fn inputs_that_the_time_does_not_reach_are_listed() {
     let folder = laboratory();
     let run = folder.brdfit("fit a.csv b.csv nothing.csv -m lambert --timeout 1e-9 --json");
     assert_eq!(run.code, Some(1), "{run:?}");
-    assert!(run.stderr.contains("error: timeout: 2 of 3 inputs not begun\n"), "{}", run.stderr);
+    assert!(run.stderr.contains("error: timeout: 2 of 3 inputs not started\n"), "{}", run.stderr);
     let all = run.json();
     assert_eq!(all["reports"].as_array().unwrap().len(), 1);
     let failed = json!([{"path": "b.csv", "error": "timeout"}, {"path": "nothing.csv", "error": "timeout"}]);

@@ -47,32 +47,32 @@ fn bad_paths_are_refused() {
             refused(
                 "-o on the input",
                 "tradeoff good.csv -o good.csv",
-                &["good.csv", "another file than the input"],
+                &["good.csv", "a file other than the input"],
             ),
             refused(
                 "-o on the input",
                 "select good.csv --scene scene.json -o ./good.csv",
-                &["good.csv", "another file than the input"],
+                &["good.csv", "a file other than the input"],
             ),
             refused(
                 "-o on the scene",
                 "select good.csv --scene scene.json -o scene.json",
-                &["scene.json", "another file than the input"],
+                &["scene.json", "a file other than the input"],
             ),
             refused(
                 "--csv on the input",
                 "tradeoff good.csv --csv good.csv",
-                &["--csv good.csv", "another file than the input"],
+                &["--csv good.csv", "a file other than the input"],
             ),
             refused(
                 "--svg on the input",
                 "tradeoff good.csv --svg ./good.csv",
-                &["--svg", "good.csv", "another file than the input"],
+                &["--svg", "good.csv", "a file other than the input"],
             ),
             refused(
                 "-o on the directions",
                 "synth -m lambert --at good.csv -o good.csv",
-                &["-o good.csv", "another file than the input"],
+                &["-o good.csv", "a file other than the input"],
             ),
             // "Nothing is written": not even the folder that reports would have gone to.
             refused("missing input, -o new/", "fit nothing.csv -m lambert -o new/", &["nothing.csv"]),

@@ -105,7 +105,7 @@ fn the_ladder_shows_what_the_data_were_made_of() {
     let svg = folder.read("a.svg");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
     assert_eq!(svg.matches("<circle").count(), models.iter().filter(|m| m["usable"] == true).count());
-    assert!(done.stdout.contains("* no model has both less cost and less error"));
+    assert!(done.stdout.contains("* no model has both a lower cost and a smaller error"));
 }
 
 #[test]

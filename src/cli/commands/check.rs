@@ -1,4 +1,4 @@
-//! `brdfit check`: whether a model or a measurement obeys physics, and how well a model computes.
+//! `brdfit check`: checks that a model or a measurement obeys physics, and how many digits a model keeps.
 
 use crate::cli::messages::{remark, say};
 use crate::cli::options::channels::channels;
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             if several > 1 {
                 let model = expression.canonical();
                 remark(&format!(
-                    "warning: {}: {several} reports, checked is the first of the ranking: {data_path}, {model}",
+                    "warning: {}: {several} reports; only the first, the best of the ranking, is checked: {data_path}, {model}",
                     path.display()
                 ));
             }
@@ -106,7 +106,7 @@ fn of_measurement(arguments: &Arguments, path: &Path) -> Result<Outcome, Error> 
     Ok(outcome(health.sound, &health.findings))
 }
 
-/// Warns of what breaks nothing, and says whether anything does.
+/// Prints the findings that do not break physics as warnings, and returns whether any finding does.
 fn outcome(sound: bool, findings: &[Finding]) -> Outcome {
     for finding in findings.iter().filter(|finding| !finding.breaks) {
         let channel =

@@ -1,4 +1,4 @@
-//! `brdfit evaluate`: scores given parameters, without a fit.
+//! `brdfit evaluate`: evaluates a model at given parameters and reports its errors, without a fit.
 
 use crate::cli::messages::{say, show};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
@@ -82,13 +82,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(if report.termination.usable { Outcome::Good } else { Outcome::NotUsable })
 }
 
-/// The options about parameters as given, for the report.
+/// The options about parameters as the user typed them, for the report.
 fn options_as_given(bounds: &[String], set: &[String]) -> Vec<String> {
     let bounds = bounds.iter().map(|text| format!("--bounds {text}"));
     bounds.chain(set.iter().map(|text| format!("--set {text}"))).collect()
 }
 
-/// The input and the settings. `--set kd=0.5 FILE` reads as if FILE were a setting; it is the input.
+/// The input and the settings. In `--set kd=0.5 FILE` the parser takes FILE for a setting; it is the input.
 fn input_and_settings(arguments: &Arguments) -> Result<(PathBuf, &[String]), Error> {
     match (&arguments.input, arguments.set.split_last()) {
         (Some(input), _) => Ok((input.clone(), &arguments.set)),

@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let outputs = Outputs::open(arguments.report.file(), &arguments.inputs)?;
     listen_for_interrupts(&options.stop.clone().unwrap_or_default());
     let pool = threads(arguments.threads.unwrap_or(0))?;
-    // One to read and one to hash, beside those that fit.
+    // One thread reads and one hashes, in addition to those that fit.
     let reading = threads(pool.current_num_threads().min(2))?;
     let fits = arguments.inputs.len() * expressions.len();
     let run = Run {
@@ -77,8 +77,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     };
     let done = reading.in_place_scope(|scope| {
         let measurements = read_ahead(scope, &arguments.read, &arguments.inputs);
-        // One thread of the pool lets go of one fit's memory and takes the next one's: an allocator with memory for
-        // each thread, as glibc's, would keep some for every thread that ever did.
+        // All inputs run on one thread of the pool, which frees one fit's memory before it allocates the next one's.
+        // An allocator with an arena per thread, such as glibc's, would otherwise keep memory in every arena used.
         pool.install(|| run.every_input(measurements))
     });
     run.bar.finish();
@@ -111,7 +111,7 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
             if !(seconds > 0.0 && seconds.is_finite()) {
                 return Err(Error::invalid(OptionName::Timeout, "seconds above 0", seconds.to_string()));
             }
-            // A moment beyond what the clock can count never comes.
+            // A deadline that the clock cannot represent means no deadline.
             Ok(Duration::try_from_secs_f64(seconds).ok().and_then(|limit| started.checked_add(limit)))
         })
         .transpose()?
@@ -126,7 +126,7 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
     arguments.fitting.apply(arguments.loss.apply(options)?)
 }
 
-/// The first Ctrl-C asks for the best so far, the second ends the program.
+/// Makes the first Ctrl-C stop the fit with the best parameters so far, and the second end the program.
 fn listen_for_interrupts(stop: &Arc<AtomicBool>) {
     let stop = Arc::clone(stop);
     // Without a handler Ctrl-C simply ends the program.
@@ -146,12 +146,12 @@ struct Run<'a> {
     bar: Arc<Bar>,
 }
 
-/// What became of them.
+/// The results of all fits of one command.
 #[derive(Default)]
 struct Done {
     reports: Vec<Report>,
     failed: Vec<Failure>,
-    /// Whether every report is of a usable fit.
+    /// Whether every fit that was reported is usable.
     usable: bool,
 }
 
@@ -161,15 +161,15 @@ impl Run<'_> {
         self.arguments.inputs.len() == 1 && self.expressions.len() == 1
     }
 
-    /// Why no other input is to be begun, if it is not.
+    /// Why no further input may be started. `None` if one may.
     fn over(&self) -> Option<Termination> {
         let stopped = self.options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
         let late = self.options.deadline.is_some_and(|deadline| Instant::now() >= deadline);
         stopped.then_some(Termination::Interrupted).or(late.then_some(Termination::Timeout))
     }
 
-    /// Fits every expression to every input, and goes on after one that fails. The first is fitted in any
-    /// case, as well as can be in the time.
+    /// Fits every expression to every input, and continues after an input that fails. The first input is always
+    /// fitted, as well as the time allows.
     fn every_input(&self, measurements: Receiver<Result<Input, Error>>) -> Result<Done, Error> {
         let mut done = Done { usable: true, ..Done::default() };
         let inputs = &self.arguments.inputs;
@@ -180,12 +180,12 @@ impl Run<'_> {
                 let rest = inputs.get(index..).unwrap_or_default();
                 let (why, left_out) = (reason.name(), rest.len());
                 self.bar
-                    .aside(|| complain(&format!("{why}: {left_out} of {} inputs not begun", inputs.len())));
+                    .aside(|| complain(&format!("{why}: {left_out} of {} inputs not started", inputs.len())));
                 done.failed.extend(rest.iter().map(|path| failure(path, why)));
                 break;
             }
             self.bar.begin(path);
-            // The reader sends as many as there are inputs.
+            // The reader sends one measurement per input.
             let Ok(input) = measurements.recv() else { break };
             match input.and_then(|input| self.one_input(&input)) {
                 Ok(reports) => {
@@ -194,11 +194,11 @@ impl Run<'_> {
                     self.outputs.input_done(index, &reports)?;
                     done.reports.extend(reports);
                 }
-                // One input alone: its error is the command's.
+                // With a single input, its error is the error of the command.
                 Err(error) if inputs.len() == 1 => return Err(error),
                 Err(error) => {
                     let error = message(&error);
-                    // The same mistake in the options is the same for every input: once is enough.
+                    // A mistake in the options gives the same error for every input; it is printed once.
                     if done.failed.iter().all(|failure| failure.error != error) {
                         self.bar.aside(|| complain(&error));
                     }
@@ -259,7 +259,7 @@ impl Run<'_> {
     }
 }
 
-/// The models of each input from best to worst, as text.
+/// The ranking as text: the models of each input from best to worst.
 fn ranking(reports: &Reports) -> String {
     let mut text = String::from("\nranking:\n");
     for rank in &reports.ranking {

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 
 /// The files that reports are written to.
 pub enum Outputs {
-    /// Nowhere.
+    /// Reports are not written to a file.
     None,
-    /// Everything in one file.
+    /// All reports go to one file.
     One(Output),
-    /// One per input, in a folder.
+    /// Each input has its own file in a folder.
     Folder(PathBuf, Vec<PathBuf>),
 }
 
@@ -37,21 +37,21 @@ impl Outputs {
         for input in inputs {
             let stem =
                 input.file_stem().map_or_else(|| "report".into(), |s| s.to_string_lossy().into_owned());
-            // Inputs of the same name from several folders are told apart by a number.
+            // A number distinguishes inputs of the same name from different folders.
             let name = (1..)
                 .map(|n| if n == 1 { stem.clone() } else { format!("{stem}-{n}") })
                 .find(|name| taken.insert(name.clone()))
                 .unwrap_or(stem);
             paths.push(path.join(format!("{name}.json")));
         }
-        // A folder that is there is tried at once; one that is not is made once there is something for it.
+        // An existing folder is tested for writing now; a missing one is created with the first report.
         if path.is_dir() {
             paths.iter().try_for_each(|path| Output::open(path).map(drop))?;
         }
         Ok(Self::Folder(path.to_owned(), paths))
     }
 
-    /// Writes the reports of one input, where each has its own file.
+    /// Writes the reports of one input, if each input has its own file.
     pub fn input_done(&self, index: usize, reports: &[Report]) -> Result<(), Error> {
         let Self::Folder(folder, paths) = self else { return Ok(()) };
         let Some(path) = paths.get(index) else { return Ok(()) };
@@ -63,7 +63,7 @@ impl Outputs {
         Output::open(path)?.commit(text.as_bytes())
     }
 
-    /// Writes everything, where that is one file.
+    /// Writes all reports, if they go to one file.
     pub fn all_done(self, text: &str) -> Result<(), Error> {
         match self {
             Self::One(output) => output.commit(text.as_bytes()),

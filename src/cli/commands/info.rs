@@ -1,4 +1,4 @@
-//! `brdfit info`: what a file holds.
+//! `brdfit info`: describes the contents of a measurement file.
 
 use crate::cli::messages::{remark, say};
 use crate::cli::options::input::{ReadArguments, measurement_help};
@@ -29,7 +29,7 @@ struct InfoRecord {
     path: String,
     format: &'static str,
     sha256: String,
-    /// The material, if the file is one of the MERL database, byte for byte.
+    /// Name of the material, if the file is byte for byte one of the MERL database.
     genuine_merl: Option<&'static str>,
     channels: Vec<ChannelRecord>,
     wavelengths_nm: Option<Vec<f64>>,
@@ -42,9 +42,9 @@ struct InfoRecord {
     theta_h_deg: Option<[f64; 2]>,
     incidence_angles: Option<usize>,
     in_plane: bool,
-    /// Relative root mean square difference of swapped pairs, and their number.
+    /// Relative root mean square difference of pairs measured both ways, and their number.
     reciprocity: Option<ReciprocityRecord>,
-    /// What the reader found odd.
+    /// What the file reader found suspicious.
     doubts: Vec<String>,
 }
 

@@ -32,7 +32,7 @@ pub struct Arguments {
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(x) if x > 0.0 => Ok(x),
-        _ => Err("expected a number of more than 0, or 'inf'".to_owned()),
+        _ => Err("expected a number above 0, or 'inf'".to_owned()),
     }
 }
 

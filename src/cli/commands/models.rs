@@ -1,4 +1,4 @@
-//! `brdfit models`: the zoo.
+//! `brdfit models`: lists the models.
 
 use crate::cli::messages::say;
 use crate::cli::outcome::Outcome;
@@ -28,10 +28,10 @@ struct ModelRecord {
     reference: &'static str,
     /// Whether light and viewer may be exchanged.
     reciprocal: bool,
-    /// What the default variant costs on this machine, now.
+    /// Time that the default variant takes on this machine, measured now.
     cost_ns: BasisCost,
     options: Vec<OptionRecord>,
-    /// Of every variant; a parameter that only some variants have names their choices.
+    /// Parameters of all variants; a parameter that only some variants have lists their choices.
     parameters: Vec<ParameterRecord>,
 }
 
@@ -53,7 +53,7 @@ struct ParameterRecord {
     role: &'static str,
     sharing: &'static str,
     fixed_by_default: bool,
-    /// Choices that it comes with; null for all.
+    /// Choices with which the parameter exists; null means all.
     only_with: Option<Vec<String>>,
 }
 
@@ -93,7 +93,7 @@ fn record(entry: &ModelEntry) -> ModelRecord {
             (model.parameters(), chosen)
         })
         .collect();
-    // A parameter counts as another if it is declared otherwise: ks is fixed with some choices only.
+    // Two declarations of one name count as two parameters if they differ: ks is fixed with some choices only.
     let mut parameters: Vec<(ParamSpec, usize, Vec<String>)> = Vec::new();
     for (specs, chosen) in &variants {
         for spec in specs {
@@ -113,7 +113,7 @@ fn record(entry: &ModelEntry) -> ModelRecord {
     let parameters = parameters
         .into_iter()
         .map(|(spec, count, present)| {
-            // Of the choices that it occurs with, those whose option does not occur with every value.
+            // Of the choices that the parameter occurs with, keep those of options that do not occur with every value.
             let telling = |choice: &String| {
                 options.iter().any(|o| {
                     choice.starts_with(&format!("{}=", o.key))
@@ -172,7 +172,7 @@ fn text(record: &ModelRecord) -> String {
     }
     let BasisCost { value, with_derivatives } = record.cost_ns;
     text += &format!(
-        "  {value:.1} ns an evaluation, {with_derivatives:.1} ns with derivatives, in blocks on one thread\n"
+        "  {value:.1} ns per evaluation, {with_derivatives:.1} ns with derivatives, in blocks on one thread\n"
     );
     if !record.reciprocal {
         text += "  not reciprocal\n";
@@ -180,7 +180,7 @@ fn text(record: &ModelRecord) -> String {
     text + &format!("  {}\n", record.reference)
 }
 
-/// A bound as people write it.
+/// A bound in its shortest readable form.
 fn range_end(value: f64) -> String {
     if value != 0.0 && (value.abs() < 1e-3 || value.abs() >= 1e5) {
         format!("{value:e}")

@@ -1,4 +1,4 @@
-//! Reads the next input while the present one is fitted.
+//! Reads the next input while the current one is fitted.
 
 use crate::cli::options::input::ReadArguments;
 use brdfit::Error;
@@ -8,14 +8,14 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Instant;
 
-/// A measurement, and the seconds that reading it took.
+/// A measurement, and how long it took to read, seconds.
 pub struct Input {
     pub measurement: Measurement,
     pub seconds: f64,
 }
 
-/// Reads `paths` in their order, in `scope`. Each is handed over when it is asked for, and only then is the
-/// next one begun: besides what is in use, one measurement is in memory.
+/// Reads `paths` in order, on a thread of `scope`. A measurement is handed over when the receiver is ready for it,
+/// and only then does reading the next one begin: at most one measurement waits in memory.
 ///
 /// Reading ends with the paths, or when the receiver is dropped.
 pub fn read_ahead<'s>(
@@ -23,7 +23,7 @@ pub fn read_ahead<'s>(
     arguments: &'s ReadArguments,
     paths: &'s [PathBuf],
 ) -> Receiver<Result<Input, Error>> {
-    // A channel without room: sending waits for the receiver.
+    // A channel without a buffer: sending waits for the receiver.
     let (sender, receiver) = sync_channel(0);
     scope.spawn(move |_| {
         for path in paths {

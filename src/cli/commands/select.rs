@@ -35,8 +35,8 @@ pub struct Arguments {
     images: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArguments,
-    // By default the image of the scene is fitted. With one of the other --weights the samples themselves are fitted, which
-    // shows what the scene gains.
+    // By default the image of the scene is fitted. With any other --weights the samples are fitted, which shows by
+    // comparison what fitting the image gains.
     #[command(flatten)]
     samples: SampleArguments<WITH_SCENE>,
     #[command(flatten)]
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
     let mut filters = arguments.samples.filters_up_to(90.0)?;
     let wanted = arguments.samples.samples_or(Some(DRAWN));
-    // All directions of a scene would be millions; of a measurement's own samples there may be as many as it has.
+    // A scene has millions of pairs of directions, so their number is limited; that of a measurement's samples is not.
     filters.samples = if filters.weighting.is_none() { wanted.or(Some(DRAWN)) } else { wanted };
     let options = Options::default()
         .with_metric(arguments.samples.metric())
@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(if found.selected.answer.is_some() { Outcome::Good } else { Outcome::NotUsable })
 }
 
-/// The files of `--images`.
+/// The files that `--images` writes.
 struct Images {
     measured: Output,
     fitted: Output,
@@ -133,7 +133,7 @@ impl Images {
     }
 }
 
-/// What an image says of itself.
+/// The description that is stored in an EXR image.
 fn about(what: &str, selected: &Selected) -> serde_json::Value {
     let shown = selected.answer.and_then(|answer| selected.tried.get(answer));
     serde_json::json!({

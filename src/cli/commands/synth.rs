@@ -71,7 +71,7 @@ struct Place {
     from_heightfield: Option<Surface>,
 }
 
-/// The most directions that fit in the memory of an ordinary machine.
+/// Largest number of directions, such that they fit in the memory of an ordinary machine.
 const MOST_DIRECTIONS: usize = 100_000_000;
 
 fn direction_count(text: &str) -> Result<usize, String> {
@@ -125,7 +125,7 @@ fn to_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Writes what `make` makes, to a file that is opened before.
+/// Writes the bytes that `make` returns to a file, which is opened before `make` runs.
 fn write(path: &Path, make: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<Outcome, Error> {
     if to_stdout(path) {
         say(&String::from_utf8_lossy(&make()?))?;

@@ -1,4 +1,4 @@
-//! `brdfit tradeoff`: what accuracy costs.
+//! `brdfit tradeoff`: shows what accuracy costs.
 
 use crate::cli::messages::{remark, say};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
@@ -30,7 +30,7 @@ pub struct Arguments {
     /// Write a plot of error against cost
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    // --samples limits the samples that are fitted, by default to 20000. Errors are always those on all samples.
+    // --samples limits the samples that are fitted, by default to 20000. Errors are always computed on all samples.
     #[command(flatten)]
     samples: SampleArguments,
     #[command(flatten)]
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     if let Some(output) = plot {
         output.commit(svg(&found)?.as_bytes())?;
     }
-    // Of a ladder one step or another does not fit, as a rule; the table says which.
+    // Usually some models of the ladder have no usable fit; the table marks them.
     let usable = found.models.iter().any(|entry| entry.usable);
     Ok(if usable { Outcome::Good } else { Outcome::NotUsable })
 }

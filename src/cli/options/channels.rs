@@ -4,7 +4,7 @@ use brdfit::Error;
 use brdfit::error::excerpt;
 use brdfit::parameters::Settings;
 
-/// The channels that the settings name; r, g, b on a MERL grid; one called f without any.
+/// The channels that the settings name; if they name none, r, g and b on a MERL grid and a single channel f elsewhere.
 pub fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error> {
     let mut named: Vec<String> = Vec::new();
     for (selector, _) in settings {

@@ -84,7 +84,7 @@ impl From<UncertaintyName> for Uncertainty {
 }
 
 impl FittingArguments {
-    /// The fit's options with these.
+    /// Returns `options` with these set.
     pub fn apply(&self, options: Options) -> Result<Options, Error> {
         self.target_error.map(checked_target).transpose()?;
         let mut options = options.with_uncertainty(self.uncertainty.into()).with_solver(self.solver.into());
@@ -92,7 +92,7 @@ impl FittingArguments {
         Ok(options)
     }
 
-    /// Fits as the budget or the target asks.
+    /// Fits within the budget, or until the target error is reached.
     pub fn fit(
         &self,
         measurement: &Measurement,
@@ -107,7 +107,7 @@ impl FittingArguments {
         }
     }
 
-    /// The record of the options with these.
+    /// Returns `record` with these options added.
     pub fn record(&self, fitted: &Fit, record: OptionRecord) -> OptionRecord {
         OptionRecord {
             samples: fitted.budget.map_or(record.samples, Budget::samples),

@@ -1,4 +1,4 @@
-//! `brdfit synth --from-heightfield`: what a rough surface reflects, ray by ray.
+//! `brdfit synth --from-heightfield`: traces rays over a rough surface.
 
 use crate::cli::progress::Bar;
 use brdfit::Error;
@@ -26,7 +26,7 @@ pub struct HeightfieldArguments {
     facets: Option<Slopes>,
 }
 
-/// Surfaces by name.
+/// The surfaces that can be traced.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Surface {
     /// Random, with normally distributed heights and slopes
@@ -42,8 +42,8 @@ enum Slopes {
 }
 
 impl HeightfieldArguments {
-    /// Refuses these options where there is no height field. (The parser's own `requires` is silent about an
-    /// option that excludes one given.)
+    /// Fails if one of these options is given without a height field. (The parser's own `requires` does not report this
+    /// when another given option conflicts with the required one.)
     pub fn check_absent(&self) -> Result<(), Error> {
         let given = [
             ("--theta-i", self.theta_i.is_some()),
@@ -56,7 +56,7 @@ impl HeightfieldArguments {
         })
     }
 
-    /// What is asked for, with the values of `--set`.
+    /// The simulation that these options and the values of `--set` describe.
     pub fn simulation(
         &self,
         surface: Surface,
@@ -84,7 +84,7 @@ impl HeightfieldArguments {
     }
 }
 
-/// The value of `--set m=V`, which a height field needs and beside which it knows nothing.
+/// The value of `--set m=V`, the only parameter of a height field; it must be given.
 fn roughness(set: &[String]) -> Result<f64, Error> {
     let wrong =
         |found: &str| Error::invalid(OptionName::Set, "m=V alone, the rms slope of a height field", found);
@@ -98,7 +98,7 @@ fn roughness(set: &[String]) -> Result<f64, Error> {
     }
 }
 
-/// Traces the rays: a CSV of what was measured.
+/// Traces the rays and returns the measurement as CSV.
 pub fn traced_table(simulation: &Simulation, output: &Path) -> Result<Vec<u8>, Error> {
     let bar = Bar::new(1, false);
     bar.begin(output);

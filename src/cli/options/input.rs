@@ -1,4 +1,4 @@
-//! Options that say how a measurement is read and which samples count.
+//! Options that say how a measurement is read and which of its samples are used.
 
 use brdfit::Error;
 use brdfit::error::OptionName;
@@ -9,7 +9,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::path::Path;
 
-/// How a file is read.
+/// Options for reading a file.
 #[derive(Args)]
 pub struct ReadArguments {
     #[arg(long, value_name = "NAME", help = format_help())]
@@ -27,7 +27,7 @@ enum Bins {
     Edge,
 }
 
-/// Names joined by commas, and the last one by "or".
+/// Joins names with commas, and the last one with "or".
 fn alternatives(names: &[&str]) -> String {
     match names {
         [] => String::new(),
@@ -36,20 +36,20 @@ fn alternatives(names: &[&str]) -> String {
     }
 }
 
-/// The help of an argument that names one measurement, or several.
+/// The help text of an argument that names one or several measurements.
 pub fn measurement_help(what: &str) -> String {
     let summaries: Vec<&str> = REGISTRY.iter().map(|format| format.summary).collect();
     format!("{what}: {}", alternatives(&summaries))
 }
 
-/// The help of `--format`.
+/// The help text of `--format`.
 fn format_help() -> String {
     let names: Vec<&str> = REGISTRY.iter().map(|format| format.name).collect();
     format!("Read the input as {} [default: recognised by its content]", alternatives(&names))
 }
 
 impl ReadArguments {
-    /// Which directions the cells of a MERL table stand for.
+    /// Which directions the cells of a MERL table represent.
     pub fn merl_bins(&self) -> BinPosition {
         match self.merl_bins {
             Bins::Center => BinPosition::Center,
@@ -68,10 +68,10 @@ impl ReadArguments {
     }
 }
 
-/// `SCENE` where a command knows a scene, whose image may say how samples count.
+/// Value of `SCENE` for a command that has a scene, whose image can set the weights of the samples.
 pub const WITH_SCENE: bool = true;
 
-/// Which samples count, and what is compared.
+/// Options that say which samples are used, how they are weighted, and what is compared.
 #[derive(Args)]
 pub struct SampleArguments<const SCENE: bool = false> {
     /// Compare x = f cos(theta_i) itself (l2), ln(1 + x) (log) or the cube root of x (cbrt)
@@ -89,7 +89,7 @@ pub struct SampleArguments<const SCENE: bool = false> {
     seed: u64,
 }
 
-/// A number of samples, or all.
+/// The largest number of samples to use. `None` means all.
 #[derive(Clone, Copy)]
 pub struct SampleCount(Option<usize>);
 
@@ -117,7 +117,7 @@ enum Weights {
     Scene,
 }
 
-/// The help of `--weights`.
+/// The help text of `--weights`.
 fn weights_help(scene: bool) -> &'static str {
     if scene {
         "Weight the samples [default: scene, which fits the image of the scene]"
@@ -126,7 +126,7 @@ fn weights_help(scene: bool) -> &'static str {
     }
 }
 
-/// The help of `--max-theta`.
+/// The help text of `--max-theta`.
 fn max_theta_help(scene: bool) -> &'static str {
     if scene {
         "Leave out samples with theta_i or theta_o above this angle, degrees [default: 90]"
@@ -135,8 +135,8 @@ fn max_theta_help(scene: bool) -> &'static str {
     }
 }
 
-/// Reads weights by name. Those of a scene are offered where there is one, and understood everywhere: the error then says
-/// which command has one.
+/// Parses weights by name. `scene` is listed only by a command that has a scene, but understood by all, so that the
+/// error can name that command.
 fn weights(scene: bool) -> impl TypedValueParser<Value = Weights> {
     let shown =
         |weights: &Weights| weights.to_possible_value().map(|v| v.hide(*weights == Weights::Scene && !scene));
@@ -159,17 +159,17 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
         self.seed
     }
 
-    /// The number of samples, if limited.
+    /// The largest number of samples. `None` if the user set no limit.
     pub fn samples(&self) -> Option<usize> {
         self.samples_or(None)
     }
 
-    /// The number of samples, if limited; `otherwise` where nothing was said of it.
+    /// The largest number of samples, or `otherwise` if the option is absent. `None` means no limit.
     pub fn samples_or(&self, otherwise: Option<usize>) -> Option<usize> {
         self.samples.map_or(otherwise, |samples| samples.0)
     }
 
-    /// The filters of a fit that knows of no scene.
+    /// The filters of a fit without a scene.
     pub fn filters(&self) -> Result<Filters, Error> {
         if let Some(Weights::Scene) = self.weights {
             let expected = "solid-angle, uniform or sigma, since only `brdfit select` has a scene";
@@ -178,7 +178,8 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
         self.filters_up_to(Filters::default().max_theta_deg)
     }
 
-    /// The filters, without a weighting for a scene's; angles up to `max_theta_deg` where nothing was said of them.
+    /// The filters. Their weighting is `None` for the weights of a scene. The default of `--max-theta` is
+    /// `max_theta_deg` degrees.
     pub fn filters_up_to(&self, max_theta_deg: f64) -> Result<Filters, Error> {
         let mut filters = Filters::default()
             .with_max_theta_deg(checked_max_theta(self.max_theta.unwrap_or(max_theta_deg))?)
@@ -194,7 +195,7 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
     }
 }
 
-/// An angle that leaves some directions above the horizon.
+/// Checks that a value of `--max-theta` is above 0 and at most 90 degrees.
 pub fn checked_max_theta(degrees: f64) -> Result<f64, Error> {
     if degrees > 0.0 && degrees <= 90.0 {
         Ok(degrees)

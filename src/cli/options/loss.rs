@@ -1,4 +1,4 @@
-//! Options about outliers.
+//! Options for data with outliers.
 
 use brdfit::Error;
 use brdfit::error::{OptionName, excerpt};
@@ -6,7 +6,7 @@ use brdfit::fit::{Fit, LossKind, Options};
 use brdfit::report::OptionRecord;
 use clap::{Args, ValueEnum};
 
-/// How large residuals count.
+/// The loss function and its scale.
 #[derive(Args)]
 pub struct LossArguments {
     /// Loss function: how strongly outliers are down-weighted (none is least squares)
@@ -38,14 +38,14 @@ impl From<LossName> for LossKind {
 }
 
 impl LossArguments {
-    /// The fit's options with these.
+    /// Returns `options` with these set.
     pub fn apply(&self, options: Options) -> Result<Options, Error> {
         let mut options = options.with_loss(self.loss.into());
         options.loss_scale = self.scale()?;
         Ok(options)
     }
 
-    /// The record of the options with these, as used in a fit.
+    /// Returns `record` with these options added, as used in a fit.
     pub fn record(&self, fit: &Fit, record: OptionRecord) -> OptionRecord {
         let auto = self.loss_scale.as_deref().is_none_or(|text| text == "auto");
         OptionRecord {
@@ -65,7 +65,7 @@ impl LossArguments {
         if text == "auto" {
             return Ok(None);
         }
-        // The square of the scale, and that of a residual in its unit, must remain numbers.
+        // The square of the scale, and that of a residual divided by it, must not overflow.
         let scale = text.parse().ok().filter(|scale: &f64| (1e-100..=1e100).contains(scale));
         scale.map(Some).ok_or_else(|| {
             let expected = "a number from 1e-100 to 1e100, or 'auto'";

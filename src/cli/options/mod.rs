@@ -1,4 +1,4 @@
-//! Options that several subcommands share, and those of one that belong together.
+//! Groups of options: those that several subcommands share, and large groups of a single one.
 
 pub mod channels;
 pub mod fitting;

@@ -1,14 +1,14 @@
-//! Options that say where a report goes.
+//! Options that say where and how a report is written.
 
 use crate::cli::output::spares;
 use brdfit::Error;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// `SEVERAL` where a command takes several inputs, which may have a report each.
+/// Value of `SEVERAL` for a command with several inputs, each of which can have a report file of its own.
 pub const SEVERAL_INPUTS: bool = true;
 
-/// Where the report goes.
+/// Where and how the report is written.
 #[derive(Args)]
 pub struct ReportArguments<const SEVERAL: bool = false> {
     #[arg(short, long, value_name = "OUT", help = output_help(SEVERAL))]
@@ -21,7 +21,7 @@ pub struct ReportArguments<const SEVERAL: bool = false> {
     quiet: bool,
 }
 
-/// The help of `-o`.
+/// The help text of `-o`.
 fn output_help(several: bool) -> &'static str {
     if several {
         "Write the JSON report to this file as well ('-': standard output; a folder: one file per input)"
@@ -31,22 +31,22 @@ fn output_help(several: bool) -> &'static str {
 }
 
 impl<const SEVERAL: bool> ReportArguments<SEVERAL> {
-    /// Whether JSON goes to standard output, alone.
+    /// Whether standard output gets JSON instead of the table.
     pub fn json_alone(&self) -> bool {
         self.json || self.output.as_deref() == Some(Path::new("-"))
     }
 
-    /// Whether nothing but the result is wanted.
+    /// Whether tables, warnings and progress are suppressed.
     pub fn quiet(&self) -> bool {
         self.quiet
     }
 
-    /// Refuses to replace a measurement by its report.
+    /// Fails if the report would overwrite one of the inputs.
     pub fn check_inputs(&self, inputs: &[PathBuf]) -> Result<(), Error> {
         spares(inputs, "-o", self.file())
     }
 
-    /// The file to write.
+    /// The file or folder to write to. `None` if `-o` is absent.
     pub fn file(&self) -> Option<&Path> {
         self.output.as_deref().filter(|path| *path != Path::new("-"))
     }

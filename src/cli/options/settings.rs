@@ -4,7 +4,7 @@ use crate::cli::messages::typed;
 use brdfit::parameters::SettingTexts;
 use clap::Args;
 
-/// What the user wants of parameters.
+/// The options that fix, start, bound, free, tie and share parameters.
 #[derive(Args)]
 pub struct SettingArguments {
     /// Fix a parameter at a value; repeat the option for several parameters
@@ -31,7 +31,7 @@ pub struct SettingArguments {
 }
 
 impl SettingArguments {
-    /// The options as they were typed, for the report.
+    /// The options as the user typed them, for the report.
     pub fn as_given(&self) -> Vec<String> {
         self.texts()
             .as_given()

@@ -1,22 +1,22 @@
-//! How much light a rough dielectric surface lets through to what lies below, and how a diffuse layer there looks through it.
+//! The light that a rough dielectric surface transmits, and the appearance of a diffuse layer below it.
 //!
-//! With f_s the lobe of the surface (`cook-torrance(d=ggx, g=smith)`, exact dielectric F), its directional albedo and the mean
-//! of that are
+//! With f_s the lobe of the surface (`cook-torrance(d=ggx, g=smith)`, exact dielectric F), its directional albedo and the
+//! mean of that are
 //!
 //! ```text
 //! E(ci) = int f_s co dwo = int D V F 4 (wi.h) co dwh,    V = G/(4 ci co)
 //! Ea    = 2 int_0^1 E(c) c dc
 //! ```
 //!
-//! and what a layer below reflects is multiplied by (1 - E(ci))(1 - E(co))/(1 - Ea) (Kelemen and Szirmay-Kalos 2001, for the
-//! matte component; Kulla and Conty 2017, Revisiting Physically Based Shading at Imageworks). Over a Lambertian layer of albedo
-//! rho the directional albedo of the whole is E + rho (1 - E): a white layer loses nothing.
+//! and the reflectance of a layer below is multiplied by (1 - E(ci))(1 - E(co))/(1 - Ea) (Kelemen and Szirmay-Kalos 2001,
+//! for the matte component; Kulla and Conty 2017, Revisiting Physically Based Shading at Imageworks). Over a Lambertian layer
+//! of albedo rho the directional albedo of the whole is E + rho (1 - E): a white layer loses nothing.
 //!
-//! 1 - E is tabulated over x = c^(1/4), which gives grazing the cells that it needs, whenever the shapes change, and interpolated by
-//! cubics through its values and slopes; Ea is the integral of the interpolant, so that nothing is lost or gained between the
-//! two. The nodes of the quadrature stand at directions that no shape moves: with the logarithm of tan(theta_h) as the variable the
-//! peak of every roughness from 1e-4 to 1 has the same width, and the panels end where wo, mirrored by the facet, first
-//! meets the horizon. So E is as smooth in the shapes as the lobe is, and dual numbers differentiate it.
+//! Whenever the shapes change, 1 - E is tabulated over x = c^(1/4), which puts enough cells near grazing, and interpolated by
+//! cubics through its values and slopes. Ea is the integral of the interpolant, so that the two are consistent. The nodes of
+//! the quadrature do not depend on the shapes: with the logarithm of tan(theta_h) as the variable the peak has the same width
+//! for every roughness from 1e-4 to 1, and the panels end where wo, mirrored by the facet, first meets the horizon. So E is
+//! as smooth in the shapes as the lobe is, and dual numbers differentiate it.
 #![allow(clippy::indexing_slicing, reason = "a kernel: the lengths that it indexes are checked at its head")]
 
 use super::distribution::{Density, Ggx, Isotropic, Shadows};
@@ -28,13 +28,13 @@ use crate::model::{Kernel, Part, Values};
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::sync::{Arc, LazyLock};
 
-/// Cells of the table.
+/// Number of cells of the table.
 const CELLS: usize = 24;
-/// Cosine that stands for grazing incidence itself, where the directions of a facet's mirror are 0/0.
+/// Cosine that represents grazing incidence, where the mirror directions of a facet are 0/0.
 const GRAZING: f64 = 1e-6;
-/// Facets less steep than this are one node: a hundredth of the smallest roughness.
+/// Slope below which all facets are represented by one node: a hundredth of the smallest roughness.
 const FLAT: f64 = 1e-6;
-/// Steeper ones than this reflect nothing that counts: their share is less than (m/STEEP)^2.
+/// Slope above which facets are ignored: their share is less than (m/STEEP)^2.
 const STEEP: f64 = 1e3;
 /// Length of the longest panel, in the logarithm of the tangent.
 const PANEL: f64 = 3.5;
@@ -43,13 +43,13 @@ const ALONG_PANEL: usize = 10;
 /// Nodes of the quadrature along a ring of facets.
 const ALONG_RING: usize = 12;
 
-/// A facet, with the light and its mirror direction, and 4 (wi.h) co dwh.
+/// A facet, the light and its mirror direction, and 4 (wi.h) co dwh.
 struct Node {
     geometry: Geometry<f64>,
     weight: f64,
 }
 
-/// The facets that see both directions above the horizon, for light at cosine `cos`.
+/// The facets for which both directions are above the horizon, for light at cosine `cos`.
 fn nodes(cos: f64) -> Vec<Node> {
     let sin = (1.0 - cos * cos).sqrt();
     let wi = [sin, 0.0, cos];
@@ -58,7 +58,7 @@ fn nodes(cos: f64) -> Vec<Node> {
         let h = [tan * cos_h * azimuth.cos(), tan * cos_h * azimuth.sin(), cos_h];
         let dot: f64 = wi.iter().zip(h).map(|(a, b)| a * b).sum();
         let [x, y, z] = h;
-        // Rounding must not carry what is at the horizon below it.
+        // Rounding must not move a direction at the horizon below it.
         let wo = [2.0 * dot * x - sin, 2.0 * dot * y, (2.0 * dot * z - cos).max(1e-12)];
         let [.., cos_o] = wo;
         let geometry = Geometry { wi, wo, h, cos_d: dot, one_less_cos_d: 1.0 - dot };
@@ -67,7 +67,7 @@ fn nodes(cos: f64) -> Vec<Node> {
     let (panel, ring) = (GaussLegendre::new(ALONG_PANEL), GaussLegendre::new(ALONG_RING));
     let mut all = vec![node(0.0, 0.0, PI * FLAT * FLAT)];
     let theta = sin.atan2(cos);
-    // The ring from which on a part of the mirror directions is below the horizon, and the one where all are.
+    // The ring at which mirror directions begin to be below the horizon, and the one at which all are.
     let edges = [FLAT, (FRAC_PI_4 - 0.5 * theta).tan(), (FRAC_PI_4 + 0.5 * theta).tan().min(STEEP)];
     for (from, to) in edges.into_iter().zip(edges.into_iter().skip(1)) {
         let length = (to / from).ln();
@@ -90,11 +90,11 @@ fn nodes(cos: f64) -> Vec<Node> {
     all
 }
 
-/// For every place of the table.
+/// The nodes for every point of the table.
 static NODES: LazyLock<Vec<Vec<Node>>> =
     LazyLock::new(|| (0..=CELLS).map(|k| nodes((count(k) / count(CELLS)).powi(4).max(GRAZING))).collect());
 
-/// Nodes and weights of int_0^1 f(t) dt within a cell, exact for all that is integrated there.
+/// Nodes and weights of int_0^1 f(t) dt within a cell, exact for all functions that are integrated here.
 static WITHIN_CELL: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
     let mut nodes = Vec::new();
     GaussLegendre::new(6).for_each(0.0, 1.0, |t, weight| nodes.push((t, weight)));
@@ -114,7 +114,7 @@ fn multiply<P: Part, T: Scalar>(products: &mut [T], nodes: &[Node], shapes: &[T]
     }
 }
 
-/// E at a place of the table.
+/// E at a point of the table.
 fn albedo<T: Scalar>(nodes: &[Node], m: T, eta: T) -> T {
     let mut products: Vec<T> = nodes.iter().map(|node| T::constant(node.weight)).collect();
     multiply::<Density<Ggx<Isotropic>>, T>(&mut products, nodes, &[m]);
@@ -126,20 +126,20 @@ fn albedo<T: Scalar>(nodes: &[Node], m: T, eta: T) -> T {
 /// 1 - E as a function of x, and 1/(1 - Ea).
 #[derive(Clone, Debug)]
 pub struct Transmittance<T: Scalar> {
-    /// Value and slope at the ends of every cell, per cell.
+    /// Value, and slope per cell, at the ends of every cell.
     nodes: Arc<[[T; 2]; CELLS + 1]>,
     inverse_mean: T,
 }
 
 impl<T: Scalar> Transmittance<T> {
-    /// The table for roughness `m` and refractive index `eta`.
+    /// Makes the table for roughness `m` and refractive index `eta`.
     pub fn new(m: T, eta: T) -> Self {
         let mut nodes = [[T::constant(0.0); 2]; CELLS + 1];
         for ([value, _], places) in nodes.iter_mut().zip(NODES.iter()) {
             *value = (-albedo(places, m, eta)).plus(1.0);
         }
         let values = nodes.map(|[value, _]| value);
-        // Differences that are exact for polynomials of the fourth degree, of the third at the ends.
+        // Finite differences that are exact for polynomials of degree 4, and of degree 3 at the ends.
         let weighted = |terms: [(usize, f64); 4]| {
             terms.into_iter().fold(T::constant(0.0), |sum, (k, weight)| sum + values[k].times(weight))
         };
@@ -177,7 +177,7 @@ impl<T: Scalar> Transmittance<T> {
         a + (da + (c2 + c3 * t) * t) * t
     }
 
-    /// 1 - E of a direction with cosine `cos`.
+    /// 1 - E for a direction with cosine `cos`.
     #[inline(always)]
     pub fn of(&self, cos: T::Real) -> T {
         let x: T::Real = cos.sqrt().sqrt().times(count(CELLS));
@@ -186,7 +186,7 @@ impl<T: Scalar> Transmittance<T> {
     }
 }
 
-/// What a layer below the surface looks like through it, compared with bare. Shapes m and eta.
+/// The factor by which the surface changes the reflectance of a layer below it. Its shapes are m and eta.
 pub(crate) struct Through;
 
 impl Kernel for Through {
@@ -215,8 +215,8 @@ mod tests {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
-    /// E by another route: over the directions of view, with the lobe written out anew after Walter et al. 2007 and Snell's
-    /// form of Fresnel's equations, on many panels that narrow towards the mirror direction.
+    /// E by a different method: an integral over outgoing directions, with the lobe written out again after Walter et al. 2007
+    /// and Snell's form of Fresnel's equations, on many panels that get narrower towards the mirror direction.
     fn brute_force(cos: f64, m: f64, eta: f64) -> f64 {
         let sin = (1.0 - cos * cos).sqrt();
         let fresnel = |mu: f64| {
@@ -243,7 +243,7 @@ mod tests {
             (0..28).map(|k| middle + (end - middle) * 0.5_f64.powi(k)).chain([middle]).collect()
         };
         let mut thetas = [towards(mirror, 0.0), towards(mirror, FRAC_PI_2)].concat();
-        // And grazing has a scale of its own.
+        // Near grazing there is another scale.
         thetas.extend((1..20).map(|k| FRAC_PI_2 - (FRAC_PI_2 - mirror) * 0.5_f64.powi(k)));
         thetas.sort_by(f64::total_cmp);
         let mut phis = towards(0.0, PI);
@@ -274,8 +274,8 @@ mod tests {
         }
     }
 
-    /// A smooth surface reflects of diffuse light what Walsh's integral of Fresnel's equations says (Walsh 1926; Duntley 1942):
-    /// 0.092 at eta 1.5.
+    /// The reflectance of a smooth surface for diffuse light agrees with Walsh's integral of Fresnel's equations (Walsh 1926;
+    /// Duntley 1942): 0.092 at eta 1.5.
     #[test]
     fn smooth_surface_in_diffuse_light() {
         for eta in [1.2_f64, 1.5, 2.0] {

@@ -1,8 +1,6 @@
-//! The parts of a microfacet model: how facets are distributed, which of them are hidden, what they
-//! reflect.
+//! The parts of a microfacet model: the distribution of facets, their shadowing, and their reflectance.
 //!
-//! To add a part: copy the file of the one most like it, and add one line to the list in its folder's
-//! `mod.rs`.
+//! To add a part: copy the file of the most similar one, and add one line to the list in its folder's `registry.rs`.
 
 pub(crate) mod directional_albedo;
 pub mod distribution;
@@ -10,22 +8,22 @@ pub mod fresnel;
 pub mod paint_layers;
 pub mod shadowing;
 
-/// Makes the closed set of parts of one kind, and their names, from one line each.
+/// Makes the enum of all parts of one kind, and their names, from one line each.
 macro_rules! parts {
     ($(#[$doc:meta])* $kind:ident: $($name:literal => $part:ident),* $(,)?) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
-        #[expect(missing_docs, reason = "each variant is documented at its part")]
+        #[expect(missing_docs, reason = "each part has its own documentation")]
         pub enum $kind { $($part),* }
 
         impl $kind {
-            /// The parts' names in expressions.
+            /// Names of the parts in expressions.
             #[must_use]
             pub fn names() -> Vec<&'static str> {
                 vec![$($name),*]
             }
 
-            /// The part of that name; the first of the list for a name that is not in it.
+            /// The part with this name, or the first of the list if there is none.
             #[must_use]
             pub fn named(name: &str) -> Self {
                 [$(($name, Self::$part)),*]

@@ -1,7 +1,7 @@
-//! Kubelka and Munk's two fluxes: what a layer of paint reflects and transmits of diffuse light.
+//! Kubelka and Munk's two-flux model: the shares of diffuse light that a layer of paint reflects and transmits.
 //!
-//! K and S are absorbed and scattered shares per thickness of *diffuse* flux, X is the thickness; only K X and S X
-//! matter to one layer. In the field's notation, a = 1 + K/S, b = sqrt(a^2 - 1), Rg the background:
+//! K and S are the absorbed and scattered shares of *diffuse* flux per unit of thickness, X is the thickness; a single layer
+//! depends only on K X and S X. In the usual notation, a = 1 + K/S, b = sqrt(a^2 - 1), and Rg is the background:
 //!
 //! ```text
 //! R_inf = a - b                                   opaque layer;   K/S = (1 - R_inf)^2/(2 R_inf)
@@ -9,9 +9,9 @@
 //! R  = (1 - Rg (a - b coth(bSX)))/(a - Rg + b coth(bSX)) = R0 + T^2 Rg/(1 - R0 Rg)
 //! ```
 //!
-//! Kubelka and Munk 1931, Kubelka 1948 (doi:10.1364/JOSA.38.000448). As printed, a and b grow without bound as S goes
-//! to 0, bSX overflows the hyperbolic functions, and at K = 0 all is 0/0. Here everything is multiplied by S X:
-//! with x = bSX = sqrt(KX (KX + 2 SX)) and C = x coth x,
+//! Kubelka and Munk 1931, Kubelka 1948 (doi:10.1364/JOSA.38.000448). As printed, a and b grow without bound as S goes to 0,
+//! the hyperbolic functions of bSX overflow, and at K = 0 everything is 0/0. Here everything is multiplied by S X: with
+//! x = bSX = sqrt(KX (KX + 2 SX)) and C = x coth x,
 //!
 //! ```text
 //! R0 = SX/(KX + SX + C),   T = (x/sinh x)/(KX + SX + C)
@@ -19,17 +19,17 @@
 //! 1 - R = (KX (1 + Rg) + C (1 - Rg))/(KX + SX (1 - Rg) + C)
 //! ```
 //!
-//! all of them sums of positive terms, which holds at K = 0 (C = 1: R0 = SX/(1 + SX)), at S = 0 (R0 = 0, T = exp(-KX)) and for any thickness. C and
-//! x/sinh x are even in x: as functions of x^2 they, and their derivatives, are smooth at x = 0. C - KX is a sum of
-//! positive terms, so that R keeps its digits over a white background too.
+//! These are sums of positive terms, and hold at K = 0 (C = 1: R0 = SX/(1 + SX)), at S = 0 (R0 = 0, T = exp(-KX)) and for
+//! any thickness. C and x/sinh x are even in x: as functions of x^2 they, and their derivatives, are smooth at x = 0. C - KX
+//! is also a sum of positive terms, so R keeps its digits over a white background, too.
 
 use crate::math::{GaussLegendre, Real as _, Scalar};
 use crate::model::parts::fresnel::{index_constants, index_reflectance};
 
-/// Below this x the functions of x are quotients of the power series of cosh and sinh; above it, of exponentials.
+/// Below this x the functions of x are quotients of the power series of cosh and sinh; above it, quotients of exponentials.
 const SERIES_BELOW: f64 = 1.0;
 
-/// 1/(2n)!, the coefficients of x^2n in cosh x. At x = 1 the first term left out is below 1e-18.
+/// 1/(2n)!, the coefficients of x^2n in cosh x. At x = 1 the first omitted term is below 1e-18.
 const COSH: [f64; 10] = factorials(0);
 /// 1/(2n + 1)!, the coefficients of x^2n in (sinh x)/x.
 const SINH: [f64; 10] = factorials(1);
@@ -50,9 +50,9 @@ fn polynomial<T: Scalar>(coefficients: &[f64], x: T) -> T {
     coefficients.iter().rev().fold(T::constant(0.0), |sum, coefficient| (sum * x).plus(*coefficient))
 }
 
-/// R_inf, the reflectance of an opaque layer: S/(K + S + sqrt(K (K + 2 S))), which is a - b without its cancellation.
+/// R_inf, the reflectance of an opaque layer: S/(K + S + sqrt(K (K + 2 S))), which is a - b without cancellation.
 ///
-/// 1 at K = 0, where its slope is infinite: the derivative given there is large and finite. K + S must be positive.
+/// It is 1 at K = 0, where its slope is infinite; the derivative returned there is large but finite. K + S must be positive.
 #[must_use]
 pub fn opaque<T: Scalar>(k: T, s: T) -> T {
     // The floor changes R by 1e-18 and keeps 0 * inf out of the derivative.
@@ -62,7 +62,7 @@ pub fn opaque<T: Scalar>(k: T, s: T) -> T {
     s / (k + s + root)
 }
 
-/// 1 - R_inf, of which a white layer's R_inf has few digits.
+/// 1 - R_inf with all its digits, which for a white layer cannot be computed from R_inf.
 #[must_use]
 pub fn opaque_absorptance<T: Scalar>(k: T, s: T) -> T {
     let floor: T = T::from_real(s.value()).times(1e-36);
@@ -71,7 +71,7 @@ pub fn opaque_absorptance<T: Scalar>(k: T, s: T) -> T {
     absorbed / (absorbed + s)
 }
 
-/// K/S of an opaque layer of reflectance `r`, more than 0: the inverse of [`opaque`].
+/// K/S of an opaque layer of reflectance `r`, which must be above 0: the inverse of [`opaque`].
 #[must_use]
 pub fn k_over_s<T: Scalar>(r: T) -> T {
     (-r).plus(1.0).squared() / r.times(2.0)
@@ -91,18 +91,18 @@ pub struct Film<T> {
 }
 
 impl<T: Scalar> Film<T> {
-    /// A layer with K X = `kx` and S X = `sx`, neither negative.
+    /// Makes a layer with K X = `kx` and S X = `sx`, neither of which may be negative.
     #[must_use]
     pub fn new(kx: T, sx: T) -> Self {
         let limit = T::Real::literal(SERIES_BELOW);
         let x: T = kx.sqrt() * (kx + sx.times(2.0)).sqrt();
 
-        // In a thin or clear layer, powers of x^2, of which the root need not be taken.
+        // In a thin or clear layer use powers of x^2, whose root is not needed.
         let x2: T = kx * (kx + sx.times(2.0));
         let sinh: T = polynomial(&SINH, x2);
         let thin_c: T = polynomial(&COSH, x2) / sinh;
 
-        // Elsewhere e^-2x, which falls to 0 in place of hyperbolic functions that overflow. coth x is 1 + 2 e/(1 - e).
+        // Elsewhere use e = e^-2x, which falls to 0 where hyperbolic functions would overflow. coth x is 1 + 2 e/(1 - e).
         let e: T = x.times(-2.0).exp();
         let open: T = (-e).plus(1.0);
         let thick_c: T = x + x.times(2.0) * (e / open);
@@ -135,7 +135,7 @@ impl<T: Scalar> Film<T> {
         (self.sx + self.decay.squared() * seen) / (self.kx + self.c + self.sx)
     }
 
-    /// 1 less the reflectance over a background of reflectance `rg`.
+    /// 1 minus the reflectance over a background of reflectance `rg`.
     #[must_use]
     pub fn absorptance_over(&self, rg: T) -> T {
         (self.kx * rg.plus(1.0) + self.c * (-rg).plus(1.0)) / self.over_denominator(rg)
@@ -145,14 +145,14 @@ impl<T: Scalar> Film<T> {
         self.kx + self.c + self.sx * (-rg).plus(1.0)
     }
 
-    /// The same layer as one of a stack.
+    /// The same layer as an element of a stack.
     #[must_use]
     pub fn slab(&self) -> Slab<T> {
         Slab::symmetric(self.reflectance(), self.transmittance())
     }
 }
 
-/// Any layer, or stack of layers, as light from either side meets it.
+/// A layer or stack of layers, described by its reflectance and transmittance from either side.
 #[derive(Clone, Copy, Debug)]
 pub struct Slab<T> {
     /// Reflectance from above.
@@ -183,8 +183,8 @@ impl<T: Scalar> Slab<T> {
         }
     }
 
-    /// This on top of `below`, with all reflections between the two (Kubelka 1954, doi:10.1364/JOSA.44.000330; so
-    /// Dorsey and Hanrahan 1996, doi:10.1145/237170.237278, stack their patinas).
+    /// Puts this slab on top of `below`, with all reflections between the two (Kubelka 1954, doi:10.1364/JOSA.44.000330;
+    /// Dorsey and Hanrahan 1996, doi:10.1145/237170.237278, stack their patinas in the same way).
     #[must_use]
     pub fn over(&self, below: &Self) -> Self {
         let between = gain(self.back_reflectance, below.reflectance);
@@ -198,7 +198,7 @@ impl<T: Scalar> Slab<T> {
         }
     }
 
-    /// Reflectance of this over a background of reflectance `rg`.
+    /// Reflectance of this slab over a background of reflectance `rg`.
     #[must_use]
     pub fn on(&self, rg: T) -> T {
         let passed: T = self.transmittance * self.back_transmittance;
@@ -206,15 +206,15 @@ impl<T: Scalar> Slab<T> {
     }
 }
 
-/// 1/(1 - r1 r2), all reflections between two layers. Two that reflect everything let nothing through, whatever is
-/// between them: 0 in place of infinity.
+/// 1/(1 - r1 r2), the factor for all reflections between two layers. It is 0 instead of infinity for two layers that reflect
+/// everything, since they let nothing through.
 fn gain<T: Scalar>(r1: T, r2: T) -> T {
     let left: T = (-(r1 * r2)).plus(1.0);
     T::if_less(T::Real::literal(0.0), left.value(), left.recip(), T::constant(0.0))
 }
 
-/// Saunderson's correction (1942, doi:10.1364/JOSA.32.000727): reflectance with the surface, of a layer whose
-/// reflectance without it is `r`. `k1` of light from outside is reflected at the surface, and `k2`, less than 1, of the diffuse
+/// Saunderson's correction (1942, doi:10.1364/JOSA.32.000727): the reflectance with the surface of a layer whose reflectance
+/// without it is `r`. The surface reflects the share `k1` of light from outside and the share `k2`, less than 1, of diffuse
 /// light from inside: k1 + (1 - k1)(1 - k2) r/(1 - k2 r).
 #[must_use]
 pub fn saunderson<T: Scalar>(k1: T, k2: T, r: T) -> T {
@@ -227,7 +227,7 @@ pub fn through_surface<T: Scalar>(k1: T, k2: T, r: T) -> T {
     through_surface_of(k1, k2, r, (-r).plus(1.0))
 }
 
-/// The same of a layer whose absorptance 1 - r is known to more digits than r.
+/// Like [`through_surface`], for a layer whose absorptance 1 - r is known to more digits than r.
 ///
 /// (1 - k2)/(1 - k2 r) = 1 - k2 a/(1 - k2 (1 - a)), whose derivatives are exact where k2 or a is small.
 #[must_use]
@@ -239,22 +239,23 @@ pub fn through_surface_of<T: Scalar>(k1: T, k2: T, r: T, absorptance: T) -> T {
     (-k1).plus(1.0) * few * r
 }
 
-/// The inverse of [`saunderson`]: reflectance below the surface for reflectance `measured` above it.
+/// The inverse of [`saunderson`]: the reflectance without the surface, from the reflectance `measured` with it.
 #[must_use]
 pub fn saunderson_inverse<T: Scalar>(k1: T, k2: T, measured: T) -> T {
     let above: T = measured - k1;
     above / ((-k1).plus(1.0) * (-k2).plus(1.0) + k2 * above)
 }
 
-/// k1 and k2 of a smooth surface of refractive index `eta`, more than 1: what it reflects of light along the normal from
-/// outside, and of diffuse light from inside, 1 - (1 - r)/eta^2 with r that of diffuse light from outside.
+/// k1 and k2 of a smooth surface of refractive index `eta`, which must be above 1. k1 is the reflectance for light from
+/// outside along the normal. k2 is that for diffuse light from inside, 1 - (1 - r)/eta^2, with r that for diffuse light from
+/// outside.
 #[must_use]
 pub fn surface_of_index(eta: f64) -> [f64; 2] {
     let normal = (eta - 1.0) / (eta + 1.0);
     [normal * normal, 1.0 - (1.0 - diffuse_reflectance(eta)) / (eta * eta)]
 }
 
-/// What a smooth surface of refractive index `eta`, more than 1, reflects of diffuse light from outside:
+/// The reflectance of a smooth surface of refractive index `eta`, which must be above 1, for diffuse light from outside:
 /// 2 int F(mu) mu dmu. With mu = t^2 the nodes are dense where F is steep.
 #[must_use]
 pub fn diffuse_reflectance(eta: f64) -> f64 {
@@ -285,13 +286,13 @@ mod tests {
         assert_relative_eq!(k_over_s(0.5), 0.25, max_relative = 1e-15);
     }
 
-    /// The formulas as printed, where they neither overflow nor vanish.
+    /// Agrees with the formulas as printed, where they neither overflow nor vanish.
     #[test]
     fn as_printed() {
         for (kx, sx) in layers() {
             let (a, b) = (1.0 + kx / sx, (kx / sx * (2.0 + kx / sx)).sqrt());
             let x = b * sx;
-            // a - b loses twice as many digits as a has.
+            // a - b loses twice as many digits as a has before the point.
             if !(1e-2..100.0).contains(&x) || a > 300.0 {
                 continue;
             }
@@ -308,7 +309,8 @@ mod tests {
         }
     }
 
-    /// The two fluxes themselves: dR/dX = S - 2 (K + S) R + S R^2, by Runge and Kutta's method from the background up.
+    /// Solves the equation of the two fluxes, dR/dX = S - 2 (K + S) R + S R^2, by Runge and Kutta's method from the background
+    /// up.
     #[test]
     fn solves_the_differential_equation() {
         for (k, s, rg) in [(0.3, 1.2, 0.0), (0.0, 2.0, 0.4), (2.5, 0.1, 0.9), (0.01, 6.0, 0.2)] {
@@ -328,7 +330,7 @@ mod tests {
     #[test]
     fn a_layer_cut_in_two_is_the_same_layer() {
         for (kx, sx) in layers() {
-            // Above 1e3 the rounding of K X itself moves T by more.
+            // Above 1e3 the rounding of K X itself changes T by more.
             if kx > 100.0 || sx > 100.0 {
                 continue;
             }
@@ -357,11 +359,11 @@ mod tests {
         assert_relative_eq!(left.reflectance, right.reflectance, max_relative = 1e-14);
         assert_relative_eq!(left.back_reflectance, right.back_reflectance, max_relative = 1e-14);
         assert_relative_eq!(left.transmittance, right.transmittance, max_relative = 1e-14);
-        // Without absorption all of it comes out somewhere.
+        // Without absorption all light comes out somewhere.
         let clear = a.over(&c);
         assert_relative_eq!(clear.reflectance + clear.transmittance, 1.0, max_relative = 1e-14);
         assert_relative_eq!(clear.back_reflectance + clear.back_transmittance, 1.0, max_relative = 1e-14);
-        // Between two perfect mirrors there is no light to count.
+        // Between two perfect mirrors there is no light.
         let mirror = Slab::symmetric(1.0, 0.0);
         assert_eq!(mirror.over(&mirror).reflectance, 1.0);
     }
@@ -408,7 +410,7 @@ mod tests {
         }
     }
 
-    /// Derivatives against central differences, extrapolated; finite everywhere, the ends included.
+    /// Derivatives agree with extrapolated central differences, and are finite everywhere, including the ends.
     #[test]
     fn derivatives() {
         type Two = Dual<f64, 2>;

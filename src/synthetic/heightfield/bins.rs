@@ -1,40 +1,40 @@
 //! Bins of outgoing directions: squares in the slope of the half vector.
 //!
-//! A mirror facet sends light where the half vector is its own normal, so a bin of reflected directions is a
-//! bin of facet slopes. Squares of slope fit every incidence alike, hold the lobe whatever its width, and
-//! stay narrow against it: their step is a fixed fraction of m.
+//! A mirror facet reflects light into the direction for which its normal is the half vector, so a bin of reflected
+//! directions is a bin of facet slopes. Squares of slope suit every angle of incidence, cover the lobe whatever its width,
+//! and stay narrow compared with it, since their side is a fixed fraction of m.
 //!
 //! ```text
 //! f = share of the light in the bin / int co dwo,    dwo = 4 (wi.h) dwh,  dwh = cos^3(theta_h) du dv
 //! ```
 //!
-//! This is the mean of f over the bin, weighted by w = 4 co (wi.h) cos^3(theta_h); the sample's direction is
-//! the centroid of w. What is left of second order widens the lobe as a square widens a normal distribution:
-//! m^2 grows by step^2/6, m by 0.13 % at steps of m/8.
+//! This is the mean of f over the bin, weighted by w = 4 co (wi.h) cos^3(theta_h); the sample's direction is the centroid
+//! of w. The remaining error of second order widens the lobe as convolution with a square widens a normal distribution:
+//! m^2 increases by step^2/6, m by 0.13 % at steps of m/8.
 
 use crate::geometry::{Pair, direction};
 use crate::math::{GaussLegendre, count};
 use glam::DVec3;
 
-/// Bins per m along each side.
+/// Number of bins per slope of m, along each side.
 const PER_SLOPE: usize = 8;
-/// How far from the normal the bins reach, in m. Beyond lie 0.2 % of the facets of a Beckmann surface, 14 %
-/// of GGX.
+/// Largest slope that the bins cover, in units of m. Steeper are 0.2 % of the facets of a Beckmann surface and 14 % of
+/// those of GGX.
 const REACH: f64 = 2.5;
-/// Bins from the normal to the last.
+/// Number of bins from the normal to the last one.
 const HALF: usize = 20;
-/// How many neighbours on each side share the estimate of the counts' variance.
+/// Number of neighbours on each side that enter the estimate of a count's variance.
 const NEIGHBOURS: usize = 1;
 
-/// How often light went into each bin, for one angle of incidence. The light comes from +x; the two sides of
-/// the plane of incidence are alike, and counted together.
+/// Number of rays in each bin, for one angle of incidence. The light comes from +x; the two sides of the plane of incidence
+/// are equivalent and counted together.
 #[derive(Clone)]
 pub struct Counts {
     step: f64,
     counts: Vec<u32>,
 }
 
-/// One bin's direction, f and standard error.
+/// The direction, f and standard error of one bin.
 pub struct Sample {
     pub pair: Pair,
     pub value: f64,
@@ -42,12 +42,12 @@ pub struct Sample {
 }
 
 impl Counts {
-    /// Empty bins for surfaces of roughness `m`.
+    /// Makes empty bins for surfaces of roughness `m`.
     pub fn new(m: f64) -> Self {
         Self { step: m / count(PER_SLOPE), counts: vec![0; 2 * HALF * HALF] }
     }
 
-    /// Counts one ray reflected about a half vector of slope (`u`, `v`), u in the plane of incidence.
+    /// Counts a ray that was reflected about a half vector of slope (`u`, `v`), with u in the plane of incidence.
     pub fn add(&mut self, u: f64, v: f64) {
         if let Some(place) = index(u / self.step, v.abs() / self.step) {
             self.counts[place] += 1;
@@ -59,8 +59,8 @@ impl Counts {
         self.counts.iter_mut().zip(&other.counts).for_each(|(sum, n)| *sum += n);
     }
 
-    /// Every bin that lies within `max_theta` (radians) of the normal as a whole, as a sample of f measured
-    /// with this number of `rays`.
+    /// Returns a sample of f, measured with this number of `rays`, for every bin that lies entirely within `max_theta`
+    /// (radians) of the normal.
     pub fn samples(&self, theta_i: f64, max_theta: f64, rays: usize) -> Vec<Sample> {
         let wi = direction(theta_i, 0.0);
         let rule = GaussLegendre::new(3);
@@ -99,10 +99,10 @@ impl Counts {
         self.counts[row * 2 * HALF + column]
     }
 
-    /// The mean count of a bin and its neighbours, which stands for the variance of the bin's own.
+    /// The mean count of a bin and its neighbours, which serves as the variance of the bin's count.
     ///
-    /// The bin's own count would do in the peak. In the tails it errs together with the value: a bin that is
-    /// low by chance would weigh more, and a fit by these sigmas would come out low by a count per bin.
+    /// The bin's own count would be good enough in the peak. In the tails its error is correlated with the value: a bin that is
+    /// low by chance would get more weight, and a fit with these sigmas would be low by one count per bin.
     fn local_mean(&self, column: usize, row: usize) -> f64 {
         let near = |at: usize, end: usize| at.saturating_sub(NEIGHBOURS)..(at + NEIGHBOURS + 1).min(end);
         let block = near(row, HALF).flat_map(|r| near(column, 2 * HALF).map(move |c| (c, r)));
@@ -116,7 +116,7 @@ fn half_vector(u: f64, v: f64) -> DVec3 {
     DVec3::new(u, v, 1.0).normalize()
 }
 
-/// Where a facet of slope (u, v) sends the light.
+/// The direction into which a facet of slope (u, v) reflects the light.
 fn mirrored(wi: DVec3, u: f64, v: f64) -> DVec3 {
     let h = half_vector(u, v);
     h * (2.0 * wi.dot(h)) - wi
@@ -128,7 +128,7 @@ fn weight(wi: DVec3, u: f64, v: f64) -> f64 {
     4.0 * mirrored(wi, u, v).z * wi.dot(h) * h.z.powi(3)
 }
 
-/// The bin of a slope in steps. `None` means that it lies beyond the last.
+/// The bin of a slope, which is given in steps. `None` if it lies beyond the last bin.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -145,9 +145,9 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// All light reflected once by normally distributed slopes, without masking or shadowing: a facet of
-    /// slope (u, v) gets the share P22 (wi.h)/(ci hz) of the light, and f = D/(4 ci co). Written here, not
-    /// taken from the models.
+    /// All light is reflected once by normally distributed slopes, without masking or shadowing: a facet of slope (u, v)
+    /// receives the share P22 (wi.h)/(ci hz) of the light, and f = D/(4 ci co). The formula is written out here and not taken
+    /// from the models.
     #[test]
     fn counts_become_f() {
         let m = 0.2_f64;
@@ -175,8 +175,8 @@ mod tests {
             for Sample { pair, value, sigma } in samples {
                 let h = (pair.wi + pair.wo).normalize();
                 let f = p22(h.x / h.z, h.y / h.z) / h.z.powi(4) / (4.0 * pair.wi.z * pair.wo.z);
-                // The mean over a bin against the middle: (step^2/24) f''/f is up to (2.5^2 4 - 4)/(24 64) =
-                // 1.4 % in the tail and -0.3 % in the peak.
+                // The mean over a bin differs from the value at its middle by (step^2/24) f''/f, which is up to
+                // (2.5^2 4 - 4)/(24 64) = 1.4 % in the tail and -0.3 % in the peak.
                 assert!((value / f - 1.0).abs() < 0.015, "{theta_i} {pair:?}: {value} {f}");
                 assert!(sigma > 0.0 && sigma < value);
             }

@@ -5,9 +5,9 @@
 //! spectrum ~ exp(-k^2 l^2/4)
 //! ```
 //!
-//! The tile is the sum of all waves that fit its period, with amplitudes from the spectrum and random phases.
-//! A triangle's slopes are sums of the same waves, hence normally distributed too; the heights are scaled so
-//! that their variance over the triangles is m^2/2 exactly, whatever the grid.
+//! The tile is the sum of all waves that fit its period, with amplitudes from the spectrum and random phases. The slopes of
+//! the triangles are sums of the same waves and so normally distributed, too; the heights are scaled such that the
+//! variance of each slope component over the triangles is exactly m^2/2 for any grid.
 
 use super::surface::{Fate, RoughSurface};
 use crate::math::count;
@@ -17,15 +17,15 @@ use std::f64::consts::TAU;
 
 /// Grid cells per correlation length l.
 const PER_LENGTH: usize = 8;
-/// The largest wave number kept, in 1/l: exp(-k^2 l^2/4) is 3e-5 there.
+/// Largest wave number, in 1/l; exp(-k^2 l^2/4) is 3e-5 there.
 const CUTOFF: f64 = 6.5;
 
 /// A periodic surface in units of grid cells.
 pub struct Tile {
     cells: Vec<Cell>,
-    /// Cells along each side.
+    /// Number of cells along each side.
     side: usize,
-    /// Below the lowest and above the highest point.
+    /// A height below the lowest point and one above the highest.
     range: [f64; 2],
 }
 
@@ -65,12 +65,12 @@ enum Triangle {
     Above,
 }
 
-/// A point on the way: the cell, and where in it.
+/// A point on a ray's path: the cell, and the position in it.
 #[derive(Clone, Copy)]
 struct Place {
     column: usize,
     row: usize,
-    /// Within the cell, 0 to 1, and the height.
+    /// Position within the cell, 0 to 1, and height.
     at: DVec3,
 }
 
@@ -82,7 +82,7 @@ struct Hit {
 }
 
 impl Tile {
-    /// A tile of rms slope `m` with sides of `lengths` correlation lengths.
+    /// Makes a tile of rms slope `m` with sides of `lengths` correlation lengths.
     pub fn new(m: f64, lengths: usize, rng: &mut impl Rng) -> Self {
         let side = lengths * PER_LENGTH;
         let heights = waves(lengths, side, rng);
@@ -95,22 +95,22 @@ impl Tile {
         let cells: Vec<Cell> = corners.map(|c| Cell::new(c.map(|row| row.map(|h| scale * h)))).collect();
         let low = cells.iter().fold(f64::INFINITY, |low, cell| low.min(cell.low));
         let high = cells.iter().fold(f64::NEG_INFINITY, |high, cell| high.max(cell.high));
-        // A little room, so that no ray starts or ends on the surface itself.
+        // A small margin, so that no ray starts or ends on the surface itself.
         let room = 1e-3 * (high - low);
         Self { cells, side, range: [low - room, high + room] }
     }
 
-    /// Where a ray from `place` in `direction` first meets the surface. `None` if it gets away above it. A ray
-    /// that begins on the surface leaves the triangle `own`.
+    /// Where a ray from `place` in `direction` first meets the surface. `None` if it escapes above it. A ray that starts on
+    /// the surface starts from the triangle `own`.
     ///
-    /// The surface is continuous, so it is enough to look where the ray crosses an edge: it has met the
-    /// triangle before that edge if and only if it is below the surface there.
+    /// The surface is continuous, so it is enough to check the points where the ray crosses an edge: it has met the triangle
+    /// before that edge if and only if it is below the surface there.
     fn first_hit(&self, mut place: Place, direction: DVec3, mut own: Option<Triangle>) -> Option<Hit> {
         let [bottom, top] = self.range;
         let limit = if direction.z > 0.0 { top } else { bottom };
         loop {
             let cell = &self.cells[place.row * self.side + place.column];
-            // The way to the edge of the cell along x and y, and to the height where all is over.
+            // The distances to the edges of the cell along x and y, and to the height at which the ray is done.
             let way = |at: f64, speed: f64| {
                 let edge = if speed > 0.0 { 1.0 } else { 0.0 };
                 if speed == 0.0 { f64::INFINITY } else { (edge - at) / speed }
@@ -137,7 +137,7 @@ impl Tile {
         }
     }
 
-    /// The next cell in a direction, and where in it the way goes on.
+    /// The next cell in a direction, and the coordinate at which the ray enters it.
     fn neighbour(&self, cell: usize, speed: f64) -> (usize, f64) {
         if speed > 0.0 {
             (if cell + 1 == self.side { 0 } else { cell + 1 }, 0.0)
@@ -148,7 +148,7 @@ impl Tile {
 }
 
 impl Cell {
-    /// Where a ray from `place` to `end`, both within the cell, goes below the surface.
+    /// Where a ray from `place` to `end`, both within the cell, goes below the surface. `None` if it does not.
     fn first_hit(&self, place: Place, end: DVec3, own: Option<Triangle>) -> Option<Hit> {
         let start = place.at;
         let (before, after) = (start.x - start.y, end.x - end.y);
@@ -165,7 +165,7 @@ impl Cell {
             let height = |at: DVec3| self.base + gradient.dot(at.truncate());
             let below = to.z - height(to);
             if below < 0.0 {
-                // Rounding may have put a ray that enters at the surface below it.
+                // Rounding may have moved a ray that enters at the surface below it.
                 let above = (from.z - height(from)).max(0.0);
                 let mut at = from.lerp(to, above / (above - below));
                 at.z = height(at);
@@ -177,7 +177,7 @@ impl Cell {
 }
 
 impl RoughSurface for Tile {
-    /// `place` is where the light would meet the plane above the tile, in units of its side.
+    /// `place` is the point at which the light would cross the plane above the tile, in units of the tile's side.
     fn reflect(&self, place: DVec2, wi: DVec3) -> Fate {
         let [_, top] = self.range;
         let start = place * count(self.side);
@@ -190,7 +190,7 @@ impl RoughSurface for Tile {
         let slope = -gradient;
         let normal = slope.extend(1.0).normalize();
         let wo = normal * (2.0 * wi.dot(normal)) - wi;
-        // Light that does not go up meets the surface again.
+        // Light that does not go upwards meets the surface again.
         if wo.z <= 0.0 || self.first_hit(place, wo, Some(triangle)).is_some() {
             Fate::Shadowed
         } else {
@@ -200,7 +200,7 @@ impl RoughSurface for Tile {
 }
 
 impl Tile {
-    /// The cell of a coordinate from 0 to the side, and where in it.
+    /// The cell of a coordinate between 0 and the side, and the position in it.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and the side")]
     fn cell(&self, x: f64) -> (usize, f64) {
         let cell = (x.floor() as usize).min(self.side - 1);
@@ -216,9 +216,8 @@ fn mean_square_slope(cells: &[Cell]) -> f64 {
 
 /// Heights on a square grid, row by row: waves with random phases, in arbitrary units.
 ///
-/// A wave of wave vector 2 pi (a, b)/side and its opposite are the same wave, so half of the plane is enough.
-/// The sum over a is done first, for every b and column: a transform for each direction, not one for every
-/// point.
+/// The wave vectors 2 pi (a, b)/side and -2 pi (a, b)/side describe the same wave, so half of the plane is enough. The sum
+/// over a is computed first, for every b and column, so there is one transform per direction and not one per point.
 fn waves(lengths: usize, side: usize, rng: &mut impl Rng) -> Vec<f64> {
     let turns: Vec<DVec2> = (0..side).map(|i| DVec2::from_angle(TAU * count(i) / count(side))).collect();
     let turn = |i: usize| turns[i % side];
@@ -227,7 +226,7 @@ fn waves(lengths: usize, side: usize, rng: &mut impl Rng) -> Vec<f64> {
     let mut across = vec![DVec2::ZERO; side];
     for b in 0..=most {
         across.fill(DVec2::ZERO);
-        // From -most to most; of the waves along x, only those to the right, and none that is constant.
+        // a runs from -most to most; of the waves along x only those with positive a are used, and no constant.
         for a in 0..=2 * most {
             let phase = DVec2::from_angle(TAU * rng.random::<f64>());
             let wave = DVec2::new(count(a) - count(most), count(b)) * (TAU / count(lengths));
@@ -260,7 +259,7 @@ mod tests {
         Tile::new(m, 32, &mut Pcg64Mcg::seed_from_u64(7))
     }
 
-    /// The moments of a normal distribution: variance m^2/2 of each component, none in common, kurtosis 3.
+    /// The moments are those of a normal distribution: variance m^2/2 of each component, covariance 0, kurtosis 3.
     #[test]
     fn slopes_are_normally_distributed() {
         let m = 0.3;
@@ -268,7 +267,7 @@ mod tests {
         let mean = |of: &dyn Fn(&DVec2) -> f64| slopes.iter().map(of).sum::<f64>() / count(slopes.len());
         let variance = m * m / 2.0;
         approx::assert_relative_eq!(mean(&|s| s.length_squared()), m * m, max_relative = 1e-12);
-        // The triangles lean a little towards their diagonals: (1/2) (step/l)^2 of the variance is 0.8 %.
+        // The triangles tilt slightly towards their diagonals: (1/2) (step/l)^2 of the variance is 0.8 %.
         assert!(mean(&|s| s.x * s.y).abs() < 0.012 * variance);
         for component in [|s: &DVec2| s.x, |s: &DVec2| s.y] {
             assert!(mean(&component).abs() < 1e-12, "a periodic surface is level");
@@ -291,8 +290,8 @@ mod tests {
             all.sum::<f64>() / count(tile.side * tile.side)
         };
         let variance = mean(&|c, r| at(c, r).powi(2));
-        // The lattice of waves is the spectrum of the infinite surface sampled finely; triangles flatten the
-        // slope by (1/4) (step/l)^2 = 0.4 %, which the scale makes up for.
+        // The lattice of waves samples the spectrum of the infinite surface finely; triangles reduce the slope by
+        // (1/4) (step/l)^2 = 0.4 %, which the scale corrects.
         approx::assert_relative_eq!(variance.sqrt(), 0.3 * 8.0 / 2.0, max_relative = 0.01);
         for (shift, expected) in [(4, (-0.25_f64).exp()), (8, (-1_f64).exp()), (16, (-4_f64).exp())] {
             let along_x = mean(&|c, r| at(c, r) * at(c + shift, r)) / variance;
@@ -302,7 +301,7 @@ mod tests {
         }
     }
 
-    /// Small steps along the ray, without a grid: the first point below the surface.
+    /// Compared with small steps along the ray, without a grid, up to the first point below the surface.
     #[test]
     fn rays_meet_the_surface_where_small_steps_find_it() {
         let tile = tile(0.7);
@@ -329,7 +328,7 @@ mod tests {
             while at.z >= height(at) {
                 at -= wi * step;
             }
-            // A ray that grazes may dip below between two steps, by less than one step's height.
+            // A grazing ray may go below the surface between two steps, by less than the height of one step.
             let found = DVec3::new(count(hit.place.column), count(hit.place.row), 0.0) + hit.place.at;
             let apart = (at.truncate() - found.truncate()).map(|d| d - side * (d / side).round());
             assert!(apart.length() < 2.0 * step && (at.z - found.z).abs() < 2.0 * step, "{at} {found}");

@@ -1,19 +1,19 @@
-//! Long symmetric V-grooves, every one with its upper edges in the plane of the surface: the surface that
-//! Torrance and Sparrow 1967 (doi:10.1364/JOSA.57.001105) imagine.
+//! Long symmetric V-grooves whose upper edges all lie in the plane of the surface, as assumed by Torrance and Sparrow 1967
+//! (doi:10.1364/JOSA.57.001105).
 //!
-//! A groove is a line along y; across it, the surface is z = -t (1 - |x|) for x in -1..1 with slope t. Light
-//! that enters a groove leaves it or hits it again: grooves do not see each other.
+//! A groove runs along y; across it, the surface is z = -t (1 - |x|) for x in -1..1 with slope t. Light that enters a
+//! groove leaves it or hits it again; it never reaches another groove.
 
 use super::surface::{Fate, RoughSurface};
 use glam::{DVec2, DVec3};
 
-/// How the slopes of the facets are distributed.
+/// Distribution of the slopes of the facets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Facets {
-    /// Normally: P(slope > t) = exp(-t^2/m^2).
+    /// A normal distribution: P(slope > t) = exp(-t^2/m^2).
     #[default]
     Beckmann,
-    /// With long tails: P(slope > t) = 1/(1 + t^2/m^2).
+    /// A distribution with long tails: P(slope > t) = 1/(1 + t^2/m^2).
     Ggx,
 }
 
@@ -34,14 +34,14 @@ pub struct Grooves {
 }
 
 impl RoughSurface for Grooves {
-    /// `place` chooses the groove's slope, and where across its opening the light enters.
+    /// `place` determines the slope of the groove, and where across its opening the light enters.
     fn reflect(&self, place: DVec2, wi: DVec3) -> Fate {
         // 1 - place.x is in (0, 1]: no facet is vertical.
         let t = self.facets.quantile(self.m, 1.0 - place.x);
         let entry = 2.0 * place.y - 1.0;
-        // The space above the groove is convex: of the two facets, the ray meets first the one whose plane it
-        // crosses first. Facet s = +1 or -1 is z = -t (1 - s x); a ray from (entry, 0) comes nearer by
-        // `approach` per unit of length, and is `height` above it at first.
+        // The space above the groove is convex, so the ray first meets the facet whose plane it crosses first. Facet
+        // s = +1 or -1 is z = -t (1 - s x); a ray from (entry, 0) starts at `height` above it and comes nearer by `approach`
+        // per unit of length.
         let distance = |s: f64| {
             let height = t * (1.0 - s * entry);
             let approach = wi.z - t * s * wi.x;
@@ -53,11 +53,11 @@ impl RoughSurface for Grooves {
         let slope = DVec2::new(-s * t, 0.0);
         let normal = slope.extend(1.0).normalize();
         let wo = normal * (2.0 * wi.dot(normal)) - wi;
-        // Light that does not go up meets the groove again.
+        // Light that does not go upwards meets the groove again.
         if wo.z <= 0.0 {
             return Fate::Shadowed;
         }
-        // The plane of the upper edges is left between them, or the other facet is in the way.
+        // The light escapes if it crosses the plane of the upper edges between them; otherwise the other facet blocks it.
         let (x, z) = (entry - hit * wi.x, -hit * wi.z);
         let exit = x - z / wo.z * wo.x;
         if exit.abs() > 1.0 { Fate::Shadowed } else { Fate::Escaped(slope) }
@@ -68,9 +68,8 @@ impl RoughSurface for Grooves {
 mod tests {
     use super::*;
 
-    /// The facets of a groove of slope 1 stand at right angles: light along the normal goes from one to the
-    /// other. At slope 1/2 it leaves at twice the facet's angle, 53 degrees, and clears the edge wherever it
-    /// came down.
+    /// The facets of a groove of slope 1 are at right angles: light along the normal goes from one to the other. At slope 1/2
+    /// it leaves at twice the facet's angle, 53 degrees, and clears the edge wherever it came in.
     #[test]
     fn light_along_the_normal() {
         let grooves = Grooves { facets: Facets::Beckmann, m: 1.0 };

@@ -1,15 +1,13 @@
-//! What a rough surface of perfect mirrors reflects, found ray by ray: a measurement that no formula of this
-//! program has made.
+//! The reflection of a rough surface of perfect mirrors, traced ray by ray: a measurement that does not come from any
+//! formula of this program.
 //!
-//! The surfaces are a Gaussian random one (`gaussian`) and V-grooves (`grooves`). Light falls on the whole
-//! surface evenly, from one polar angle and all azimuths. A ray is reflected where it first meets the
-//! surface, by a facet that reflects everything, and counts if it then gets away. If it meets the surface
-//! again it is lost, as it is to the microfacet models: they have single reflections only. `bins` turns
-//! counts into f.
+//! The surfaces are a Gaussian random surface (`gaussian`) and V-grooves (`grooves`). Light falls evenly on the whole
+//! surface, from one polar angle and all azimuths. A ray is reflected where it first meets the surface, by a facet that
+//! reflects everything, and counts if it then escapes. If it meets the surface again it is lost, as in the microfacet
+//! models, which have only single reflections. `bins` turns counts into f.
 //!
 //! The slopes of both surfaces are distributed as P22 = exp(-slope^2/m^2)/(pi m^2), Beckmann's D =
-//! P22/cos^4(theta_h): each component has the variance m^2/2, and m is the rms slope. Grooves can be of GGX
-//! facets instead.
+//! P22/cos^4(theta_h): each component has the variance m^2/2, and m is the rms slope. Grooves can have GGX facets instead.
 
 mod bins;
 mod gaussian;
@@ -34,28 +32,28 @@ use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use surface::{Fate, RoughSurface};
 
-/// What kind of surface.
+/// The kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Normally distributed heights with a Gaussian autocorrelation, on square tiles.
     Gaussian {
-        /// Correlation lengths along a side, in [`TILES`].
+        /// Number of correlation lengths along a side, within [`TILES`].
         tile: usize,
     },
     /// V-grooves.
     VGroove(Facets),
 }
 
-/// A surface, and how it is looked at.
+/// A surface, and how it is illuminated and measured.
 #[derive(Clone, Debug)]
 pub struct Simulation {
     /// The surface.
     pub kind: Kind,
-    /// Roughness, in [`ROUGHNESS`].
+    /// Roughness, within [`ROUGHNESS`].
     pub m: f64,
-    /// Angles of incidence, degrees, 0 or more and less than 90.
+    /// Angles of incidence, degrees, from 0 to less than 90.
     pub theta_i_deg: Vec<f64>,
-    /// Rays for each of them, in [`RAYS`]; rounded up to a multiple of [`BATCH`].
+    /// Number of rays for each of them, within [`RAYS`]; rounded up to a multiple of [`BATCH`].
     pub rays: usize,
     /// Largest angle of viewing, degrees.
     pub max_theta_deg: f64,
@@ -63,50 +61,50 @@ pub struct Simulation {
     pub seed: u64,
 }
 
-/// Sides of a tile in correlation lengths. On smaller ones so few waves fit that their sum is not normally
+/// Possible sides of a tile in correlation lengths. Smaller tiles hold too few waves for their sum to be normally
 /// distributed, larger ones take too much memory.
 pub const TILES: RangeInclusive<usize> = 16..=128;
-/// Roughness of surfaces.
+/// Possible roughness of a surface.
 pub const ROUGHNESS: RangeInclusive<f64> = 0.01..=1.0;
-/// Rays for each angle of incidence; many more would overflow the counts.
+/// Possible number of rays for each angle of incidence; many more would overflow the counts.
 pub const RAYS: RangeInclusive<usize> = 1..=1_000_000_000;
-/// Rays for each angle of incidence that share a stream of random numbers and, on a Gaussian surface, a tile.
-/// Many more on one tile would meet the same slopes again and again, and vary by more than their counts tell.
+/// Number of rays for each angle of incidence that share a stream of random numbers and, on a Gaussian surface, a tile.
+/// Many more on one tile would meet the same slopes repeatedly, so they would vary more than their counts suggest.
 pub const BATCH: usize = ROWS * ROWS;
-/// Rows of rays in a batch, and rays in a row.
+/// Number of rows of rays in a batch, and of rays in a row.
 const ROWS: usize = 80;
 
-/// What became of the light from one angle of incidence.
+/// The fate of the light from one angle of incidence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Balance {
-    /// Rays.
+    /// Number of rays.
     pub rays: usize,
-    /// Those that got away after one reflection.
+    /// Number of rays that escaped after one reflection.
     pub escaped: usize,
-    /// Those that met the surface again.
+    /// Number of rays that met the surface again.
     pub shadowed: usize,
 }
 
-/// What was measured.
+/// The simulated measurement.
 #[derive(Clone, Debug)]
 pub struct Simulated {
-    /// f, with the standard error of counting.
+    /// f, with its standard error from the counts.
     pub measurement: Measurement,
-    /// The balance of the light, for each angle of incidence.
+    /// The fate of the light, for each angle of incidence.
     pub balance: Vec<Balance>,
 }
 
-/// Tells these random numbers from others with the same seed.
+/// Number that separates this random stream from others with the same seed.
 const STREAM: u64 = 0x6865_6967_6874;
 
 /// Counts and balance for each angle of incidence.
 type Tally = Vec<(Counts, Balance)>;
 
 impl Simulation {
-    /// Traces the rays. `progress` hears how many parts of how many are done.
+    /// Traces the rays. `progress` is called with the number of parts done and the number of all parts.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if a number is out of its range or no bin is left to measure.
+    /// [`Error::Invalid`] if a number is out of range, or if no bin can be measured.
     pub fn run(&self, progress: &(impl Fn(usize, usize) + Sync)) -> Result<Simulated, Error> {
         self.check()?;
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed ^ STREAM);
@@ -117,15 +115,15 @@ impl Simulation {
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, seeds.len());
             tally
         };
-        // Sums of counts are the same in any order.
+        // Sums of counts do not depend on their order.
         let total = seeds.par_iter().map(batch).reduce(|| self.empty(), merge);
         self.measured(&total)
     }
 
-    /// Whether every number is in its range.
+    /// Checks that every number is in range.
     ///
     /// # Errors
-    /// [`Error::Invalid`] names the first that is not.
+    /// [`Error::Invalid`] for the first that is not.
     pub fn check(&self) -> Result<(), Error> {
         let range = |what: &str, ok: bool, range: &str, found: &dyn std::fmt::Display| {
             if ok { Ok(()) } else { Err(Error::invalid(what, range, found.to_string())) }
@@ -153,7 +151,7 @@ impl Simulation {
         self.theta_i_deg.iter().map(|_| (Counts::new(self.m), Balance::default())).collect()
     }
 
-    /// One part of the rays of every angle of incidence.
+    /// Traces one batch of rays for every angle of incidence.
     fn batch(&self, rng: &mut Pcg64Mcg) -> Tally {
         match self.kind {
             Kind::Gaussian { tile } => {
@@ -169,8 +167,8 @@ impl Simulation {
         for ((counts, balance), theta_i) in tally.iter_mut().zip(&self.theta_i_deg) {
             let (sin_i, cos_i) = theta_i.to_radians().sin_cos();
             for (row, column) in (0..BATCH).map(|ray| (ray / ROWS, ray % ROWS)) {
-                // One ray at random in each of ROWS x ROWS equal squares; from any azimuth, which on average
-                // over the surface makes no difference, but lets one surface stand for many.
+                // One ray starts at random in each of ROWS x ROWS equal squares. Its azimuth is random, which makes no
+                // difference on average, but makes one surface as good as many.
                 let corner = DVec2::new(count(column), count(row));
                 let place = (corner + DVec2::new(rng.random(), rng.random())) / count(ROWS);
                 let azimuth = DVec2::from_angle(TAU * rng.random::<f64>());

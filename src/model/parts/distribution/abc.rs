@@ -1,4 +1,4 @@
-//! ABC: the smooth-surface scattering of optics as a facet distribution.
+//! ABC: the ABC model of optics for scattering by smooth surfaces, used as a facet distribution.
 //!
 //! ```text
 //! D = (1 + b (1 - cos))^-c / N,   N = 2 pi int_0^1 (1 + b (1 - u))^-c u du
@@ -6,13 +6,13 @@
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
-//! | b | 1 | 1e-2..1e9 | the peak's inverse width: it falls off from theta_h = sqrt(2/b) on |
-//! | c | 1 | 0.05..20 | decline of the tail; 1 like GGX in the angle's square root scale, larger steeper |
+//! | b | 1 | 1e-2..1e9 | inverse width of the peak, which falls off from theta_h = sqrt(2/b) on |
+//! | c | 1 | 0.05..20 | decline of the tail; 1 like GGX in the angle's square root scale, larger values are steeper |
 //!
 //! Low, Kronander, Ynnerman and Unger 2012, BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces
-//! (doi:10.1145/2077341.2077350), eq. 19, where it is not normalised: their A is ks/(4 N) here (`low-microfacet` has
-//! their convention). Where b (1 - cos) is large throughout, b and c^-1/b trade off against each other and against the
-//! lobe's scale. Smith's integral is tabulated ([`SlopeTable`]).
+//! (doi:10.1145/2077341.2077350), eq. 19, where it is not normalised: their A is ks/(4 N) here (`low-microfacet` uses their
+//! convention). If b (1 - cos) is large in all data, b and c^-1/b trade off against each other and against the lobe's scale.
+//! Smith's integral is tabulated ([`SlopeTable`]).
 
 use super::roughness::One;
 use super::slope_table::{ScaledTable, TableOfSlopes};
@@ -27,7 +27,7 @@ pub(crate) struct Abc;
 
 static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(96));
 
-/// N of b and c.
+/// The normalisation N for given b and c.
 pub(crate) fn normaliser<T: Scalar>(b: T, c: T) -> T {
     // With e^v = 1 + b (1 - u) and v = length s: int e^((1 - c) v) (1 - (e^v - 1)/b) dv/b
     let length = b.plus(1.0).ln();
@@ -87,7 +87,7 @@ impl FacetDistribution for Abc {
 
     fn prepare_smith<T: Scalar>(shapes: Values<'_, T>) -> ScaledTable<Isotropic, T> {
         let [b, c, peak] = Self::prepare(shapes);
-        // The peak's width; no wider than the hemisphere.
+        // The width of the peak, at most that of the hemisphere.
         let (narrow, wide): (T, T) = (b.recip().times(2.0), T::constant(1.0));
         let scale2 = T::if_less(narrow.value(), wide.value(), narrow, wide);
         let table = SlopeTable::new(&|u2: T| {
@@ -100,7 +100,7 @@ impl FacetDistribution for Abc {
         (One::squared(scale2), table)
     }
 
-    /// m^2 = 2/(b c): the Beckmann surface that it approaches where c is large.
+    /// m^2 = 2/(b c), that of the Beckmann distribution that it approaches for large c.
     fn prepare_beckmann<T: Scalar>(mut shapes: Values<'_, T>) -> One<T> {
         let [b, c] = shapes.take();
         One::squared((b * c).recip().times(2.0))

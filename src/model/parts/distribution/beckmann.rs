@@ -6,9 +6,9 @@
 //! cos (1 + 2 Lambda) = m sin exp(-x^2)/sqrt(pi) + cos erf(x),   x = cos/(m sin)
 //! ```
 //!
-//! where (m sin)^2 is mx^2 vx^2 + my^2 vy^2 with two roughnesses. Beckmann and Spizzichino 1963; Cook and Torrance 1982
-//! (doi:10.1145/357290.357293), with the pi that several texts leave out; Smith 1967 (doi:10.1109/TAP.1967.1138991). m
-//! is the root-mean-square slope. D underflows to 0 where tan > 27 m: the surface has no such facets.
+//! where (m sin)^2 is mx^2 vx^2 + my^2 vy^2 for two roughnesses. Beckmann and Spizzichino 1963; Cook and Torrance 1982
+//! (doi:10.1145/357290.357293), with the pi that several texts leave out; Smith 1967 (doi:10.1109/TAP.1967.1138991). m is the
+//! root-mean-square slope. D underflows to 0 where tan > 27 m: the surface has no such facets.
 
 use super::{FacetDistribution, Roughness, SmithForm, exp_times};
 use crate::geometry::Geometry;
@@ -61,11 +61,11 @@ impl<R: Roughness> SmithForm for Beckmann<R> {
 /// cos (1 + 2 Lambda), from (m sin)^2 and the cosine.
 #[inline(always)]
 fn smith_cosine<T: Scalar>(slope2: T, cos: T::Real) -> T {
-    // At normal incidence the root's slope would be infinite.
+    // At normal incidence the slope of the root would be infinite.
     let floor = T::constant(1e-37);
     let slope = T::if_less(floor.value(), slope2.value(), slope2, floor).sqrt();
-    // Beyond x = 26 shadowing is below 1e-290, and x^2 would overflow in its derivatives on the way to
-    // normal incidence, where x is infinite.
+    // Beyond x = 26 shadowing is below 1e-290. Towards normal incidence, where x is infinite, the derivatives of x^2 would
+    // overflow.
     let steep: T::Real = slope.value().times(26.0);
     let limited = T::if_less(cos, steep, slope, T::from_real(cos.times(1.0 / 26.0)));
     let x = T::from_real(cos) / limited;

@@ -7,9 +7,9 @@
 //! ```
 //!
 //! Blinn 1977 (doi:10.1145/563858.563893); Walter et al. 2007, eq. 30; two exponents: Ashikhmin and Shirley 2000
-//! (doi:10.1080/10867651.2000.10487522). Its Smith integral has no closed form and is tabulated
-//! ([`SlopeTable`]). With two roughnesses the table is that of sqrt(mx my), stretched: exact for distributions that are
-//! stretched copies of one another, which this one is close to where mx and my are small. m = 1: n = 0, constant 1/pi.
+//! (doi:10.1080/10867651.2000.10487522). Its Smith integral has no closed form and is tabulated ([`SlopeTable`]). For two
+//! roughnesses the table of sqrt(mx my) is stretched. This is exact for distributions that are stretched copies of one
+//! another, which this one nearly is if mx and my are small. m = 1: n = 0, constant 1/pi.
 
 use super::slope_table::{ScaledTable, TableOfSlopes};
 use super::{FacetDistribution, Roughness, SlopeTable, exp_times};
@@ -39,8 +39,8 @@ impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
 
     #[inline(always)]
     fn density<T: Scalar>((m, peak): &Self::Prepared<T>, g: &Geometry<T::Real>) -> T {
-        // n ln cos = 2 (tan^2/m^2 - tan^2) ln(cos)/tan^2, and the same with the squared slope in units of two
-        // roughnesses. At the normal ln(cos)/tan^2 is -1/2, which below 1e-12 it equals to the last digit.
+        // n ln cos = 2 (tan^2/m^2 - tan^2) ln(cos)/tan^2, and likewise with the squared slope in units of two roughnesses. At
+        // the normal ln(cos)/tan^2 is -1/2, to which it is equal in all digits below 1e-12.
         let tan2 = g.tan2_h();
         let exact: T::Real = g.ln_cos_h() / tan2;
         let ratio = T::Real::if_less(tan2, T::Real::literal(1e-12), T::Real::literal(-0.5), exact).times(2.0);

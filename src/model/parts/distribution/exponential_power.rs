@@ -10,8 +10,9 @@
 //! | p | 1 | 0.2..5 | 1 is Beckmann; smaller values have a sharper peak and longer tails |
 //!
 //! Holzschuch and Pacanowski 2017, A Two-Scale Microfacet Reflectance Model Combining Reflection and Diffraction
-//! (doi:10.1145/3072959.3073621), whose distributions include it; p = 1/2 is exponential in the slope. For p < 1 it has
-//! a cusp at the normal, for p < 1/2 as sharp as its data are dense. Smith's integral is tabulated ([`SlopeTable`]).
+//! (doi:10.1145/3072959.3073621), whose distributions include it; p = 1/2 is exponential in the slope. For p < 1 it has a cusp
+//! at the normal; for p < 1/2 a fit can make the cusp as sharp as the data are dense. Smith's integral is tabulated
+//! ([`SlopeTable`]).
 
 use super::roughness::{One, roughness};
 use super::slope_table::{ScaledTable, TableOfSlopes};
@@ -31,10 +32,10 @@ fn unit_peak<T: Scalar>(p: T) -> T {
 /// -(u^2)^p
 #[inline(always)]
 fn ln_fall<T: Scalar>(p: T, u2: T) -> T {
-    // At the normal u^2 = 0, whose logarithm is not finite; the floor's power is next to nothing for every p.
+    // At the normal u^2 = 0, whose logarithm is not finite; the power of the floor is negligible for every p.
     let floor = T::from_real(T::Real::TINY);
     let u2 = T::if_less(floor.value(), u2.value(), u2, floor);
-    // Far out the power overflows, and 0 times infinity would be its derivative; e^-2000 is 0, and its root too.
+    // At large slopes the power overflows, and the derivative would be 0 times infinity; e^-2000 and its root are 0.
     let (power, end) = ((p * u2.ln()).exp(), T::constant(2000.0));
     -T::if_less(power.value(), end.value(), power, end)
 }

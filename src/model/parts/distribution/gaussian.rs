@@ -1,14 +1,13 @@
-//! Gaussian of the facet *angle*, the distribution of Torrance and Sparrow.
+//! A Gaussian of the facet *angle*, the distribution of Torrance and Sparrow.
 //!
 //! ```text
 //! D = exp(-(alpha/m)^2) / N(m),   alpha the half vector's polar angle
 //! N(m) = 2 pi int_0^{pi/2} exp(-(a/m)^2) cos a sin a da
 //! ```
 //!
-//! Torrance and Sparrow 1967 (doi:10.1364/JOSA.57.001105); Blinn 1977. In print it is not normalised: N is
-//! computed here by quadrature, which close to m = 0 is pi m^2 (0.7 % above N at m = 0.1, 6 % at 0.3).
-//! Its Smith integral has no closed form and is tabulated ([`SlopeTable`]); for small m, where angle and slope are
-//! alike, it tends to Beckmann's.
+//! Torrance and Sparrow 1967 (doi:10.1364/JOSA.57.001105); Blinn 1977. In print it is not normalised. Here N is computed by
+//! quadrature; for m close to 0 it is pi m^2 (which is 0.7 % above N at m = 0.1, 6 % at 0.3). Its Smith integral has no closed
+//! form and is tabulated ([`SlopeTable`]); for small m, where angle and slope are nearly equal, it tends to Beckmann's.
 
 use super::roughness::One;
 use super::slope_table::{ScaledTable, TableOfSlopes};
@@ -21,13 +20,13 @@ use std::sync::LazyLock;
 
 pub(super) struct Gaussian;
 
-/// Sixty-four nodes carry the integral to the last digit over the whole range of m.
+/// Sixty-four nodes give the integral to the last digit for the whole range of m.
 static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(64));
 
 /// Beyond seven standard widths the integrand is below 1e-21 of its peak.
 const WIDTHS: f64 = 7.0;
 
-/// N(m). In units u = a/m the integrand is the same bell for every m.
+/// N(m). In units of u = a/m the integrand is nearly the same bell curve for every m.
 fn normalisation<T: Scalar>(m: T) -> T {
     let horizon = m.recip().times(FRAC_PI_2);
     let far = T::constant(WIDTHS);
@@ -36,7 +35,7 @@ fn normalisation<T: Scalar>(m: T) -> T {
     RULE.integrate(T::constant(0.0), upper, |u: T| (-(u * u)).exp() * (u * m).times(2.0).sin()) * m.times(PI)
 }
 
-/// The angle of a slope. A difference of 0 carries the derivative, 1/(1 + t^2).
+/// The angle of a slope. The derivative, 1/(1 + t^2), is attached by adding a difference whose value is 0.
 fn arc_tangent<T: Scalar>(t: T) -> T {
     let at: T::Real = t.value();
     let slope: T::Real = (at * at).plus(1.0).recip();
@@ -72,7 +71,7 @@ impl FacetDistribution for Gaussian {
         let (inverse_m2, peak): (T, T) = ((m * m).recip(), normalisation(m).recip());
         let scale2: T = m * m;
         let table = SlopeTable::new(&|u2: T| {
-            // Single precision has no numbers for the innermost slopes, and at 0 the root has no slope.
+            // The smallest slopes underflow in single precision, and at 0 the root has no derivative.
             let (t2, floor): (T, T) = (scale2 * u2, T::from_real(T::Real::TINY));
             let t2 = T::if_less(floor.value(), t2.value(), t2, floor);
             let cos2 = t2.plus(1.0).recip();

@@ -8,9 +8,8 @@
 //! ```
 //!
 //! Trowbridge and Reitz 1975 (doi:10.1364/JOSA.65.000531); Walter et al. 2007, eq. 33 and 34
-//! (doi:10.2312/EGWR/EGSR07/195-206); two roughnesses: Burley 2012, Heitz 2014. The usual cos^2 (m^2 - 1) + 1 loses
-//! all digits of a sharp peak; the sum of squares above does not. m -> 0: a mirror, peak 1/(pi m^2). m = 1: constant
-//! 1/pi.
+//! (doi:10.2312/EGWR/EGSR07/195-206); two roughnesses: Burley 2012, Heitz 2014. The usual form cos^2 (m^2 - 1) + 1 loses all
+//! digits in a sharp peak; the sum of squares above does not. m -> 0: a mirror, peak 1/(pi m^2). m = 1: constant 1/pi.
 
 use super::{FacetDistribution, Roughness, SmithForm};
 use crate::geometry::Geometry;

@@ -9,10 +9,10 @@
 //! | m | 1 | 1e-4..1 | width of the peak |
 //! | gamma | 1 | 0.2..10 | 2 is GGX; smaller values have longer tails, 1 is Disney's clearcoat |
 //!
-//! Burley 2012, Physically Based Shading at Disney, appendix B, whose first version misprints the normalisation. In
-//! print N is 0/0 at gamma = 1 and at m = 1; with L = -2 ln m and phi(x) = (e^x - 1)/x it is
-//! pi m^2 phi(-(gamma - 1) L)/phi(-L), smooth at both. Changing m does not stretch it; its Smith integral has
-//! no closed form and is tabulated ([`SlopeTable`]), where Disney uses that of GGX at another roughness.
+//! Burley 2012, Physically Based Shading at Disney, appendix B, whose first version misprints the normalisation. The printed
+//! N is 0/0 at gamma = 1 and at m = 1; with L = -2 ln m and phi(x) = (e^x - 1)/x it is pi m^2 phi(-(gamma - 1) L)/phi(-L),
+//! which is smooth at both. Changing m does not merely stretch the distribution. Its Smith integral has no closed form and is
+//! tabulated ([`SlopeTable`]); Disney uses that of GGX with a different roughness instead.
 
 use super::roughness::{One, roughness};
 use super::slope_table::{ScaledTable, TableOfSlopes};

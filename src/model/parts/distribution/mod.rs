@@ -28,52 +28,52 @@ use std::marker::PhantomData;
 
 /// A distribution of facet normals.
 pub trait FacetDistribution: 'static {
-    /// How many parameters it has, all of them shapes.
+    /// Number of parameters, all of which are shapes.
     const SHAPES: usize;
-    /// Whether [`FacetDistribution::prepare`] takes longer than a block.
+    /// Whether [`FacetDistribution::prepare`] takes longer than evaluating a block.
     const DENSITY_TAKES_LONG: bool = false;
-    /// Whether [`FacetDistribution::prepare_smith`] takes longer than a block.
+    /// Whether [`FacetDistribution::prepare_smith`] takes longer than evaluating a block.
     const SMITH_TAKES_LONG: bool = false;
-    /// What D needs of the shapes.
+    /// Quantities for D that depend only on the shapes.
     type Prepared<T: Scalar>: Clone + Send + Sync + 'static;
-    /// How Smith's shadowing is evaluated.
+    /// The form of its Smith shadowing.
     type Smith: SmithForm;
-    /// The roughness that it has where it is taken for a Beckmann surface.
+    /// The roughness with which it is treated as a Beckmann distribution.
     type Beckmann: Roughness;
-    /// How many of the shapes, the first ones, decide that roughness.
+    /// Number of shapes, from the first on, that determine that roughness.
     const BECKMANN_SHAPES: usize = Self::Beckmann::SHAPES;
 
     /// The parameters.
     fn parameters() -> Vec<ParamSpec>;
 
-    /// What D needs of the shapes, computed when they have changed.
+    /// Computes the quantities for D, when the shapes have changed.
     fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Self::Prepared<T>;
 
     /// D(h), 1/sr.
     fn density<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> T;
 
-    /// What Smith's shadowing needs of the shapes, computed when they have changed.
+    /// Computes the quantities for Smith's shadowing, when the shapes have changed.
     fn prepare_smith<T: Scalar>(shapes: Values<'_, T>) -> <Self::Smith as SmithForm>::Prepared<T>;
 
-    /// The roughness of the Beckmann surface that it is taken for.
+    /// The roughness of the Beckmann distribution that it is treated as.
     fn prepare_beckmann<T: Scalar>(mut shapes: Values<'_, T>) -> <Self::Beckmann as Roughness>::Prepared<T> {
         Self::Beckmann::prepare(&mut shapes)
     }
 }
 
-/// A form of Smith's shadowing: closed, or a table. Distributions that share one differ in how they prepare it.
+/// A form of Smith's shadowing: a closed form or a table. Distributions that share one differ in how they prepare it.
 pub trait SmithForm: 'static {
-    /// What it needs of the shapes.
+    /// Quantities that depend only on the shapes.
     type Prepared<T: Scalar>: Clone + Send + Sync + 'static;
 
-    /// C = cos(theta) (1 + 2 Lambda(theta)) with Smith's Lambda, for the light and for the viewer. The cosine keeps it
-    /// finite at grazing; in this form no Lambda that is known needs a difference.
+    /// C = cos(theta) (1 + 2 Lambda(theta)) with Smith's Lambda, for the light and for the viewer. The cosine keeps it finite at
+    /// grazing, and in this form no known Lambda needs a difference.
     fn smith_cosines<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> (T, T);
 }
 
-/// Which facets are seen by both the light and the viewer.
+/// A form of shadowing and masking: which facets both the light and the viewer see.
 pub trait Shadows: 'static {
-    /// The visibility G/(4 ci co) of distribution `D`, a part whose shapes are the distribution's.
+    /// The visibility G/(4 ci co) of distribution `D`: a part with the shapes of the distribution.
     type Visibility<D: FacetDistribution>: Part;
 }
 
@@ -101,7 +101,7 @@ impl<D: FacetDistribution> Part for Density<D> {
     }
 }
 
-/// e^exponent factor, where the power alone may lie below the normal numbers and the product does not.
+/// e^exponent times factor, for the case that the power alone is subnormal and the product is not.
 #[inline(always)]
 fn exp_times<T: Scalar>(exponent: T, factor: T) -> T {
     let half = exponent.times(0.5).exp();
@@ -117,20 +117,20 @@ pub(crate) fn relative_exp_m1<T: Scalar>(x: T) -> T {
     let series =
         (1..TERMS).rev().fold(T::constant(1.0), |sum, k| (sum * x).times(1.0 / f64::from(k + 1)).plus(1.0));
     let magnitude = T::if_less(x.value(), T::constant(0.0).value(), -x, x);
-    // Not 0/0 where the series stands in.
+    // Avoids 0/0 where the series is used.
     let large = T::if_less(magnitude.value(), small.value(), small, x);
     T::if_less(magnitude.value(), small.value(), series, large.exp().plus(-1.0) / large)
 }
 
 #[cfg(test)]
-#[expect(clippy::excessive_precision, reason = "golden values stand as computed, to 17 digits")]
+#[expect(clippy::excessive_precision, reason = "golden values are given as computed, to 17 digits")]
 mod tests {
     use super::*;
     use crate::math::GaussLegendre;
     use approx::assert_relative_eq;
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    /// Geometry whose half vector stands at `theta`, and the light with it.
+    /// A geometry whose half vector and light are both at `theta`.
     fn at(theta: f64, phi: f64) -> Geometry<f64> {
         let h = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
         Geometry { wi: h, wo: h, h, cos_d: 1.0, one_less_cos_d: 0.0 }
@@ -140,7 +140,7 @@ mod tests {
         d.parameters().iter().all(|spec| spec.isotropic_as.is_none())
     }
 
-    /// The same from the tangent of the polar angle, which near the horizon has more digits.
+    /// Like [`at`], from the tangent of the polar angle, which has more digits near the horizon.
     fn facet(tan: f64, phi: f64) -> Geometry<f64> {
         let cos = 1.0 / tan.hypot(1.0);
         let h = [tan * cos * phi.cos(), tan * cos * phi.sin(), cos];
@@ -172,11 +172,11 @@ mod tests {
         all
     }
 
-    /// int f(theta, phi) sin(theta) dtheta dphi over the hemisphere: panels in the logarithm of tan(theta) from far inside
-    /// the sharpest peak to the horizon, and a quarter turn that stands for all four.
+    /// int f(theta, phi) sin(theta) dtheta dphi over the hemisphere: on panels in the logarithm of tan(theta), from far inside
+    /// the sharpest peak to the horizon, and over a quarter turn that represents all four.
     fn over_hemisphere(d: Distribution, f: impl Fn(&Geometry<f64>) -> f64) -> f64 {
         let rule = GaussLegendre::new(24);
-        // The same in the azimuth, around both axes.
+        // Likewise in the azimuth, around both axes.
         let turn: Vec<f64> = (-21..=21).map(|k| 2.0 * f64::from(k)).collect();
         let ring = |tan: f64| {
             if is_isotropic(d) {
@@ -253,7 +253,7 @@ mod tests {
         }
     }
 
-    /// Where the sums of a power meet their limit, and where a series takes over.
+    /// Near the points where the formula is 0/0, and where the series is used.
     #[test]
     fn gtr_is_smooth_where_its_normalisation_is_0_over_0() {
         let peak = |m: f64, gamma: f64| Distribution::Gtr.density(&[m, gamma])(&at(0.0, 0.0));
@@ -291,7 +291,7 @@ mod tests {
         }
     }
 
-    /// The quadrature of the generator on distributions whose Smith integral is known.
+    /// Compares the table with distributions whose Smith integral has a closed form.
     #[test]
     fn tabulated_shadowing_agrees_with_closed_forms() {
         let beckmann = SlopeTable::<f64>::new(&|u2: f64| (-u2).exp() / PI);
@@ -314,18 +314,18 @@ mod tests {
         assert!(worst < 1e-6, "{worst:e}");
     }
 
-    /// The facets seen from any direction cover the surface's own projection: int G1 D (o.h)+ dh = cos(theta)
-    /// (Heitz 2014, eq. 14). It ties the shadowing to the distribution.
+    /// The facets visible from any direction cover the projection of the surface: int G1 D (o.h)+ dh = cos(theta) (Heitz 2014,
+    /// eq. 14). This links the shadowing to the distribution.
     #[test]
     fn visible_facets_cover_the_surface() {
         let (rule, radial) = (GaussLegendre::new(48), GaussLegendre::new(32));
-        // A ridge that is sharper still needs other panels where it meets the edge of what is seen.
+        // A sharper ridge would need other panels where it meets the edge of the visible facets.
         let range = |spec: &ParamSpec| match spec.name {
             "mx" | "my" => (0.05, 1.0),
             _ => spec.typical,
         };
         for (name, d, shapes) in everywhere(range) {
-            // Stretching is exact for two roughnesses of these, and no longer so for Blinn-Phong.
+            // For two roughnesses stretching is exact, except for Blinn-Phong.
             if name == "blinn-phong-anisotropic" && shapes[0] != shapes[1] {
                 continue;
             }
@@ -334,7 +334,7 @@ mod tests {
                 let view = at(theta, 0.4);
                 let cos = view.cos_i();
                 let g1 = cos / (cos + cos_lambda(&view));
-                // The azimuth in panels around the two directions where (o.h)+ has its kinks, and those of the axes.
+                // Panels in the azimuth around the two directions where (o.h)+ has its kinks, and around those of the axes.
                 let ring = |tan: f64| {
                     let edge = (-1.0 / (theta.tan() * tan)).clamp(-1.0, 1.0).acos();
                     let mut turns = vec![0.4 - edge, 0.4 + edge];
@@ -365,7 +365,7 @@ mod tests {
                         })
                     })
                     .sum();
-                // The errors that the table of slopes states.
+                // The errors stated in slope_table.rs.
                 let stated = if matches!(d, Distribution::Tabulated) { 2e-4 } else { 2e-5 };
                 assert!(
                     (g1 * seen / cos - 1.0).abs() < stated,

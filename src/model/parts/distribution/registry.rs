@@ -19,24 +19,24 @@ macro_rules! distributions {
         }
 
         impl Distribution {
-            /// How many shapes it has.
+            /// Number of shapes.
             #[must_use]
             pub const fn shapes(self) -> usize {
                 match self { $(Self::$part => <$type>::SHAPES),* }
             }
 
-            /// The parameters, all of them shapes.
+            /// The parameters, all of which are shapes.
             #[must_use]
             pub fn parameters(self) -> Vec<ParamSpec> {
                 match self { $(Self::$part => <$type>::parameters()),* }
             }
 
-            /// Shows the density as a part whose shapes are a lobe's first.
+            /// Passes the density to `visitor` as a part whose shapes are the first ones of the lobe.
             pub fn show(self, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => visitor.part::<Density<$type>>(0)),* }
             }
 
-            /// Shows what `S` makes of the distribution as a part whose shapes are a lobe's first.
+            /// Passes the visibility of the distribution under `S` to `visitor` as a part whose shapes are the first ones of the lobe.
             pub(crate) fn show_visibility<S: Shadows>(self, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => visitor.part::<S::Visibility<$type>>(0)),* }
             }
@@ -44,7 +44,7 @@ macro_rules! distributions {
 
         #[cfg(test)]
         impl Distribution {
-            /// D with these shapes.
+            /// D with these shapes, 1/sr.
             pub(super) fn density(self, shapes: &[f64]) -> Box<dyn Fn(&Geometry<f64>) -> f64> {
                 match self { $(Self::$part => {
                     let prepared = <$type>::prepare(Values::new(shapes));

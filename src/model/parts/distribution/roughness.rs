@@ -1,7 +1,7 @@
 //! Roughness, the same in all directions or different along x and y.
 //!
-//! Distributions that are stretched copies of one another know the geometry through few quantities, which are given
-//! here for one roughness m and for two, mx and my (Heitz 2014, section 5.3, <https://jcgt.org/published/0003/02/03/>):
+//! Distributions that are stretched copies of one another depend on the geometry only through a few quantities, which are
+//! given here for one roughness m and for two, mx and my (Heitz 2014, section 5.3, <https://jcgt.org/published/0003/02/03/>):
 //!
 //! ```text
 //! product          mx my
@@ -16,15 +16,15 @@ use crate::model::{ParamSpec, Scale, Sharper, Values};
 
 /// One or two roughnesses.
 pub trait Roughness: 'static {
-    /// How many shapes it is known from.
+    /// Number of shapes that determine it.
     const SHAPES: usize;
-    /// What depends on them alone.
+    /// Quantities that depend only on the shapes.
     type Prepared<T: Scalar>: Copy + Send + Sync + 'static;
 
-    /// m, or mx and my.
+    /// The parameters: m, or mx and my.
     fn parameters() -> Vec<ParamSpec>;
 
-    /// Takes the shapes.
+    /// Takes the shapes, and computes the quantities that depend only on them.
     fn prepare<T: Scalar>(shapes: &mut Values<'_, T>) -> Self::Prepared<T>;
 
     /// mx^2 vx^2 + my^2 vy^2.
@@ -40,13 +40,13 @@ pub trait Roughness: 'static {
     fn stretched<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> T;
 }
 
-/// A roughness as a parameter.
+/// The declaration of a roughness as a parameter.
 #[must_use]
 pub fn roughness(name: &'static str, summary: &'static str) -> ParamSpec {
     ParamSpec::shape(name, summary, (1e-4, 1.0), (1e-3, 1.0), 0.2, Scale::Log)
 }
 
-/// The same in all directions.
+/// One roughness, the same in all directions.
 pub(crate) struct Isotropic;
 
 /// m^2 and its inverse.
@@ -57,7 +57,7 @@ pub struct One<T> {
 }
 
 impl<T: Scalar> One<T> {
-    /// Of m^2.
+    /// Makes it from m^2.
     pub(super) fn squared(m2: T) -> Self {
         Self { m2, inverse: m2.recip() }
     }
@@ -99,7 +99,7 @@ impl Roughness for Isotropic {
     }
 }
 
-/// Different along x and y.
+/// Two roughnesses, along x and y.
 pub(crate) struct Anisotropic;
 
 /// Products and quotients of mx and my.

@@ -10,9 +10,9 @@
 //! | p | 1 | -1..4 | 0 is a Beckmann peak; larger values have longer tails inside tan^2 = alpha |
 //!
 //! Bagher, Soler and Holzschuch 2012, Accurate Fitting of Measured Reflectances Using a Shifted Gamma Micro-facet
-//! Distribution (doi:10.1111/j.1467-8659.2012.03147.x). K follows from the normalisation and is no parameter here; the
-//! incomplete gamma function is found by quadrature, since its argument 1 - p can be negative. Smith's integral is
-//! tabulated ([`SlopeTable`]) in place of the paper's fitted one, which `bagher-sgd` has.
+//! Distribution (doi:10.1111/j.1467-8659.2012.03147.x). K follows from the normalisation and is not a parameter here; the
+//! incomplete gamma function is computed by quadrature, since its argument 1 - p can be negative. Smith's integral is
+//! tabulated ([`SlopeTable`]) instead of using the paper's fitted one, which `bagher-sgd` has.
 
 use super::roughness::One;
 use super::slope_table::{ScaledTable, TableOfSlopes};
@@ -27,12 +27,12 @@ pub(crate) struct Sgd;
 
 static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(24));
 
-/// exp(-x) is below 1e-300 beyond.
+/// The x beyond which exp(-x) is below 1e-300 and negligible.
 const END: f64 = 690.0;
-/// Panels of the quadrature up to there.
+/// Number of panels of the quadrature up to `END`.
 const PANELS: u8 = 24;
 
-/// K of alpha and p.
+/// The normalisation K for given alpha and p.
 pub(crate) fn normaliser<T: Scalar>(alpha: T, p: T) -> T {
     // Gamma(1 - p, alpha) = int_alpha^inf e^-x x^-p dx, with x = alpha e^v in panels of equal length in v.
     let length = (T::constant(END) / alpha).plus(1.0).ln().times(1.0 / f64::from(PANELS));
@@ -91,7 +91,7 @@ impl FacetDistribution for Sgd {
         (One::squared(alpha), table)
     }
 
-    /// m^2 = alpha: the Beckmann surface that it is with p = 0.
+    /// m^2 = alpha, that of the Beckmann distribution that it is for p = 0.
     fn prepare_beckmann<T: Scalar>(mut shapes: Values<'_, T>) -> One<T> {
         let [alpha] = shapes.take();
         One::squared(alpha)

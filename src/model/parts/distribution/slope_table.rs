@@ -1,13 +1,13 @@
-//! Smith's shadowing of a distribution that has no closed form for it.
+//! Smith's shadowing for distributions for which it has no closed form.
 //!
-//! Seen from polar angle theta, with P(t^2) = D cos^4 the density of slopes t, mu = cot(theta) (Smith 1967; Heitz 2014,
+//! For a polar angle theta, with P(t^2) = D cos^4 the density of slopes t and mu = cot(theta) (Smith 1967; Heitz 2014,
 //! appendix A):
 //!
 //! ```text
 //! Lambda = (1/mu) int_mu^inf (q - mu) P2(q) dq,    P2 the density of the slope along the direction of view
 //! ```
 //!
-//! In units of a scale m, t = m u and y = mu/m, and with the inner integral done in polar coordinates,
+//! In units of a scale m, with t = m u and y = mu/m, and with the inner integral in polar coordinates,
 //!
 //! ```text
 //! M(y) = 2 y Lambda = 4 int_0^inf Q(y^2 + w^2) w (w - y atan(w/y)) dw,   Q(u^2) = m^2 P(m^2 u^2)
@@ -15,13 +15,13 @@
 //! cos(theta) (1 + 2 Lambda) = cos(theta) + m sin(theta) M(y)
 //! ```
 //!
-//! M is smooth and falls from twice the mean positive slope, in looking along the surface, to 0, in looking down. It is
-//! tabulated once per set of shapes over r = 1/sqrt(1 + y), which takes the long tails of M to a few cells near 0, and
-//! interpolated by cubics through its values and slopes. G1 is met to 1e-6 on GGX and Beckmann, whose closed forms are known,
-//! to 3e-5 on all distributions with a formula within their bounds (against 20 digits, docs/trust/numerics.md), and to 2e-4 on tables
-//! whose exponents jump.
+//! M is smooth and falls from twice the mean positive slope, for a view along the surface, to 0, for a view straight down. It
+//! is tabulated once per set of shapes over r = 1/sqrt(1 + y), which compresses the long tails of M into a few cells near 0,
+//! and interpolated by cubics through its values and slopes. G1 is accurate to 1e-6 for GGX and Beckmann, whose closed forms
+//! are known, to 3e-5 for all distributions with a formula within their bounds (against 20 digits, docs/trust/numerics.md),
+//! and to 2e-4 for tables whose exponents jump.
 //!
-//! This is also the shadowing that Ashikhmin, Premoze and Shirley 2000 (doi:10.1145/344779.344814) find for any
+//! This is also the shadowing that Ashikhmin, Premoze and Shirley 2000 (doi:10.1145/344779.344814) derive for any
 //! distribution: their g(k) = int (h.k)+ p(h) dh with p = D <n.h> is cos(theta)/G1.
 
 use super::{Roughness, SmithForm};
@@ -31,22 +31,22 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::marker::PhantomData;
 use std::sync::{Arc, LazyLock};
 
-/// Cells of the table.
+/// Number of cells of the table.
 const CELLS: usize = 96;
 
-/// Value and slope at the ends of every cell, per cell.
+/// Value, and slope per cell, at the ends of every cell.
 type Nodes<T> = [[T; 2]; CELLS + 1];
 
 /// M as a function of r.
 #[derive(Clone, Debug)]
 pub struct SlopeTable<T: Scalar> {
     nodes: Arc<Nodes<T>>,
-    /// The mean slope, by which the table's unit differs from the caller's.
+    /// The mean slope, which is the table's unit in units of the caller's.
     mean: T,
 }
 
-/// Points w and weights of the trapezoidal rule after w = exp(pi/2 sinh s) (Takahasi and Mori 1974), which resolves
-/// every scale from 1e-8 to 1e8 and carries the tails beyond.
+/// Points w and weights of the trapezoidal rule after the substitution w = exp(pi/2 sinh s) (Takahasi and Mori 1974), which
+/// resolves every scale from 1e-8 to 1e8 and includes the tails beyond.
 static POINTS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
     const STEP: f64 = 0.1;
     const EACH_SIDE: usize = 45;
@@ -60,19 +60,19 @@ static POINTS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
 });
 
 impl<T: Scalar> SlopeTable<T> {
-    /// The table for a density of slopes that is given, in units of the scale, as a function of the squared slope in
-    /// the same units. Its integral over the plane is 1.
+    /// Makes the table for a density of slopes, given as a function of the squared slope, both in units of the scale. Its
+    /// integral over the plane must be 1.
     pub fn new(density: &dyn Fn(T) -> T) -> Self {
         let literal = T::Real::literal;
-        // Farther out than a small type can count there are no facets that it could see.
+        // Slopes that overflow in a small type are left out; it cannot represent facets so steep.
         let countable = |w: f64| {
             let (volume, end) = (literal(100.0 * w * w * w), literal(1e300));
             T::Real::if_less(volume, end, literal(1.0), literal(0.0)).whole() == 1
         };
         let usable = || POINTS.iter().filter(|(w, _)| countable(*w));
-        // What decides the fate of light at grazing is the slopes that most facets have; their mean, which need not be
-        // exact, makes the table's unit. It carries its derivatives, so that those of f are exact, the table's own error
-        // included: solvers notice.
+        // Shadowing at grazing depends on the slopes that most facets have; their mean, which need not be exact, is the unit of
+        // the table. It has derivatives, so that those of f include the error of the table and are exact, which matters to
+        // solvers.
         let mean = usable().fold(T::constant(0.0), |sum, (w, weight)| {
             sum + density(T::constant(w * w)) * literal(2.0 * PI * w * w * weight)
         });
@@ -98,17 +98,17 @@ impl<T: Scalar> SlopeTable<T> {
             // dM/dr = M'(y) dy/dr, per cell
             *entry = [value, slope.times(-2.0 / (r * r * r) / count(CELLS))];
         }
-        // Where r = 0 the slope of a long tail is infinite, and the chord does.
+        // At r = 0 the slope of a long tail is infinite; the slope of the chord replaces it.
         let [[_, slope], [value, _], ..] = &mut nodes;
         *slope = *value;
         Self { nodes: Arc::new(nodes), mean }
     }
 
-    /// cos (1 + 2 Lambda) of a direction, from (m sin)^2 and its cosine.
+    /// cos (1 + 2 Lambda) for a direction, from (m sin)^2 and its cosine.
     #[inline(always)]
     #[expect(clippy::indexing_slicing, reason = "the cell is kept inside the table")]
     pub fn smith_cosine(&self, slope2: T, cos: T::Real) -> T {
-        // At normal incidence the root's slope would be infinite.
+        // At normal incidence the slope of the root would be infinite.
         let floor = T::constant(1e-37);
         let slope = T::if_less(floor.value(), slope2.value(), slope2, floor).sqrt() * self.mean;
         // r^2 = 1/(1 + y) = m sin/(m sin + cos)
@@ -116,7 +116,7 @@ impl<T: Scalar> SlopeTable<T> {
         let cell = place.value().whole().min(CELLS - 1);
         let t = place - T::Real::literal(count(cell));
         let [[a, da], [b, db]] = [self.nodes[cell], self.nodes[cell + 1]];
-        // The cubic with these values and slopes, by powers of t.
+        // The cubic with these values and slopes, in powers of t.
         let rise: T = b - a;
         let c3 = da + db - rise.times(2.0);
         let c2 = rise - da - c3;
@@ -124,7 +124,7 @@ impl<T: Scalar> SlopeTable<T> {
     }
 }
 
-/// Smith's shadowing by a table of slopes, in units of a roughness that may differ along x and y: stretching a surface
+/// Smith's shadowing from a table of slopes, in units of a roughness that may differ along x and y, since stretching a surface
 /// stretches its slopes.
 pub struct TableOfSlopes<R>(PhantomData<R>);
 

@@ -1,4 +1,4 @@
-//! STD: facet slopes distributed like Student's t, between GGX and Beckmann and beyond.
+//! STD: facet slopes with Student's t-distribution, which includes GGX and Beckmann and extends beyond GGX.
 //!
 //! ```text
 //! D = 1/(pi m^2 cos^4 (1 + tan^2/(m^2 (gamma - 1)))^gamma)
@@ -10,8 +10,8 @@
 //! | gamma | 1 | 1.6..1000 | 2 is GGX, infinity Beckmann; smaller values have longer tails |
 //!
 //! Ribardiere, Bringier, Meneveaux and Simonot 2017, STD: Student's t-Distribution of Slopes for Microfacet Based BSDFs
-//! (doi:10.1111/cgf.13137). gamma > 3/2 keeps the mean slope, and with it shadowing, finite. Smith's integral is
-//! tabulated for each gamma ([`SlopeTable`]); the paper's rational fit errs by up to 0.007 in G1.
+//! (doi:10.1111/cgf.13137). The mean slope, and so the shadowing, is finite for gamma > 3/2. Smith's integral is tabulated for
+//! each gamma ([`SlopeTable`]); the paper's rational fit has errors of up to 0.007 in G1.
 
 use super::roughness::{One, roughness};
 use super::slope_table::{ScaledTable, TableOfSlopes};

@@ -1,4 +1,4 @@
-//! A table of D in place of a formula, estimated from the data like any other parameters.
+//! A table of D instead of a formula, estimated from the data like any other parameters.
 //!
 //! On logarithmic axes, v = ln(1 + tan^2/m^2) and ln(D cos^4), the table is the local exponent s(v) at fixed knots,
 //! linear between them and constant beyond the last:
@@ -14,14 +14,14 @@
 //! | m | 1 | 1e-4..1 | roughness of the peak, where s = 2 |
 //! | s1 .. s7 | 1 | 0..50, the last 1.6..50 | exponents at the knots; all 2 is GGX, e^v Beckmann, constant beyond the peak STD; s7 is fixed at 2 unless freed |
 //!
-//! s >= 0 makes D cos^4 monotone, and its logarithm has a continuous slope. The peak's curvature defines m (s(0) = 2, the
-//! exponent that GGX and Beckmann share there), so that m and the exponents do not trade off. This is the question
-//! "is it the model or the data?": what error is left with it is not the distribution's. The normalisation and Smith's
-//! shadowing ([`SlopeTable`]) follow from the table. Dupuy, Heitz, Iehl, Poulin and Ostromoukhov 2015 (doi:10.1145/2816795.2818067)
-//! estimate a table from backscattered light by a power iteration; here all data count, with F and the amplitudes, and
-//! every exponent has a standard error. Knots that no sample reaches
-//! (tan > 20 m is beyond the horizon's neighbourhood for m > 0.3) are not determined: their exponents have no error, and
-//! through the normalisation F's strength has none either; `--fix s6=2` and so on leaves them out.
+//! With s >= 0, D cos^4 is monotone, and its logarithm has a continuous slope. The curvature of the peak defines m (s(0) = 2,
+//! the exponent that GGX and Beckmann share there), so that m and the exponents do not trade off. The table helps to decide
+//! whether an error comes from the model or from the data: the error that remains is not due to the distribution. The
+//! normalisation and Smith's shadowing ([`SlopeTable`]) follow from the table. Dupuy, Heitz, Iehl, Poulin and Ostromoukhov
+//! 2015 (doi:10.1145/2816795.2818067) estimate a table from backscattered light by a power iteration; here all data are used,
+//! F and the amplitudes are fitted as well, and every exponent has a standard error. Knots that no sample reaches (for m > 0.3,
+//! tan > 20 m is too close to the horizon) are not determined: their exponents have no standard error and, because of the
+//! normalisation, the strength of F has none either; `--fix s6=2` and so on leaves them out.
 
 use super::roughness::{One, roughness};
 use super::slope_table::{ScaledTable, TableOfSlopes};
@@ -34,9 +34,9 @@ use std::sync::LazyLock;
 
 pub(super) struct Tabulated;
 
-/// Exponents beside that of the peak.
+/// Number of exponents in addition to that of the peak.
 const EXPONENTS: usize = 7;
-/// Where the segments between knots begin, and how long they are.
+/// Beginning and length of each segment between knots.
 const SEGMENTS: [(f64, f64); EXPONENTS] =
     [(0.0, 0.5), (0.5, 0.5), (1.0, 1.0), (2.0, 1.0), (3.0, 1.5), (4.5, 1.5), (6.0, 2.0)];
 /// The last knot.
@@ -46,7 +46,7 @@ const AT_PEAK: f64 = 2.0;
 
 static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(24));
 
-/// The table: per knot, from the peak on, the exponent there and half its slope up to the next.
+/// The table: for each knot, from the peak on, the exponent at the knot and half of its slope up to the next knot.
 #[derive(Clone, Copy, Debug)]
 pub struct Exponents<T> {
     knots: [[T; 2]; EXPONENTS + 1],
@@ -119,10 +119,10 @@ impl FacetDistribution for Tabulated {
             "exponent from tan = 55 m on",
         ];
         let exponent = |(index, (name, summary)): (usize, (&'static str, &'static str))| {
-            // The tail must have a mean slope.
+            // The mean slope of the tail must be finite.
             let least = if index + 1 == EXPONENTS { 1.6 } else { 0.0 };
             let spec = ParamSpec::shape(name, summary, (least, 50.0), (1.6, 4.0), AT_PEAK, Scale::Linear);
-            // Hardly any measurement sees facets so steep; what they do to the normalisation looks like another f0.
+            // Hardly any measurement reaches facets so steep; their effect on the normalisation is like that of another f0.
             if index + 1 == EXPONENTS { spec.unscanned().fixed() } else { spec.unscanned() }
         };
         let roughness = roughness("m", "roughness of the peak").sharper_when(Sharper::Smaller);

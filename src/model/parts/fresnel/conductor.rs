@@ -1,6 +1,6 @@
 //! Exact unpolarised reflectance of a conductor with complex refractive index eta + i k.
 //!
-//! With s^2 = 1 - mu^2, t = eta^2 - k^2 - s^2, 2 a^2 = sqrt(t^2 + 4 eta^2 k^2) + t, 2 b^2 the same less 2 t:
+//! With s^2 = 1 - mu^2, t = eta^2 - k^2 - s^2, 2 a^2 = sqrt(t^2 + 4 eta^2 k^2) + t, 2 b^2 = 2 a^2 - 2 t:
 //!
 //! ```text
 //! Rs = ((a - mu)^2 + b^2)/((a + mu)^2 + b^2)
@@ -8,17 +8,17 @@
 //! F  = (Rs + Rp)/2
 //! ```
 //!
-//! Born and Wolf, Principles of Optics, section 14.2. Of 2 a^2 and 2 b^2 one cancels (for most metals the first); 4 eta^2 k^2
-//! over the other is the same number without that. a - mu = (eta^2 - 1 - k^2 + b^2)/(a + mu) keeps its digits where the
-//! index is close to 1.
+//! Born and Wolf, Principles of Optics, section 14.2. One of 2 a^2 and 2 b^2 suffers from cancellation (for most metals the
+//! first); 4 eta^2 k^2 divided by the other gives the same number without it. a - mu = (eta^2 - 1 - k^2 + b^2)/(a + mu) keeps
+//! its digits if the index is close to 1.
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
 //! | eta | 1 | 0.01..100 | refractive index; 0.2 gold in the red, 30 metals at 5 um |
 //! | k | 1 | 0.001..200 | extinction coefficient; 3 to 7 metals in the visible |
 //!
-//! F depends on k^2 alone, so that k = 0 is a stationary point at which a fit could get stuck; the lower
-//! bound differs from it by less than 1e-6 in F. A material without absorption is `dielectric`.
+//! F depends only on k^2, so k = 0 is a stationary point at which a fit could get stuck; the lower bound differs from it by
+//! less than 1e-6 in F. For a material without absorption use `dielectric`.
 
 use super::{Constants, FresnelReflectance};
 use crate::math::{Real, Scalar};
@@ -26,7 +26,7 @@ use crate::model::{ParamSpec, Scale, Values};
 
 pub(super) struct Conductor;
 
-/// `part`/`whole`; as 1 - `rest`/`whole` where the two are close, since there their derivatives cancel.
+/// `part`/`whole`, computed as 1 - `rest`/`whole` if the two are close, since their derivatives would cancel.
 #[inline(always)]
 fn quotient<T: Scalar>(part: T, whole: T, rest: T) -> T {
     let inverse = whole.recip();
@@ -61,23 +61,23 @@ impl FresnelReflectance for Conductor {
     ) -> [T; 3] {
         let mu2: T::Real = mu * mu;
         let s2: T::Real = rest * mu.plus(1.0);
-        // t by whichever of the cosine and the sine is the smaller: next to a small index the other leaves few digits.
+        // t is computed from the smaller of cosine and sine: with a small index the other one leaves few digits.
         let t = T::if_less(s2, mu2, difference - s2, excess + mu2);
         let modulus = (t * t + product2).sqrt();
-        // 2 a^2 and 2 b^2: the larger is a sum, the smaller the product over it.
+        // 2 a^2 and 2 b^2: the larger is a sum, the smaller is the product divided by it.
         let zero = T::Real::literal(0.0);
         let larger = modulus + T::if_less(t.value(), zero, -t, t);
         let smaller = product2 / larger;
         let twice_a2 = T::if_less(t.value(), zero, smaller, larger);
         let b2 = T::if_less(t.value(), zero, larger, smaller).times(0.5);
-        // Total reflection inside a denser medium without absorption has a = 0, where the root has no slope.
+        // For total reflection inside a denser medium without absorption a is 0, where the root has no slope.
         let floor = T::constant(1e-30);
         let a = T::if_less(twice_a2.value(), floor.value(), floor, twice_a2).times(0.5).sqrt();
 
         let sum_s = a + mu;
         let difference_s = (excess + b2) / sum_s;
         let (along, b2_mu2): (T, T) = (a * mu, b2 * mu2);
-        // What numerator and denominator differ by: 4 a mu, and 4 a mu s^2.
+        // The differences of denominator and numerator: 4 a mu, and 4 a mu s^2.
         let cross = along.times(4.0);
         let rs = quotient(difference_s.squared() + b2, sum_s.squared() + b2, cross);
         let rp = rs * quotient((along - s2).squared() + b2_mu2, (along + s2).squared() + b2_mu2, cross * s2);

@@ -10,10 +10,10 @@
 //! | f0 | 1 | 0..1 | reflectance at normal incidence |
 //! | tint | 1 | 0..1 | reflectance at mu = 1/7 (82 degrees), relative to Schlick's; 1 is Schlick |
 //!
-//! Kutz, Hasan and Edmondson 2021, Novel Aspects of the Adobe Standard Material, with Hoffman's term (Hoffman 2019,
-//! Fresnel Equations Considered Harmful, doi:10.2312/mam.20191305); the metals of OpenPBR. On metals its largest error is a sixth to
-//! a twelfth of Schlick's, on gold half of it. Three factors, linear in f0 and b. Not clamped: a deep tint on a bright metal
-//! stays within 0..1.
+//! Kutz, Hasan and Edmondson 2021, Novel Aspects of the Adobe Standard Material, with Hoffman's term (Hoffman 2019, Fresnel
+//! Equations Considered Harmful, doi:10.2312/mam.20191305); used for the metals of OpenPBR. For metals its largest error is a
+//! sixth to a twelfth of Schlick's, for gold half of it. It has three factors and is linear in f0 and b. It is not clamped,
+//! since even a deep tint on a bright metal stays within 0..1.
 
 use super::{Constants, FresnelReflectance, Schlick};
 use crate::math::Scalar;

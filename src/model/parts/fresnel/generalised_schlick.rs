@@ -1,4 +1,4 @@
-//! Schlick's approximation with a reflectance at grazing and an exponent of choice.
+//! Schlick's approximation with a free reflectance at grazing and a free exponent.
 //!
 //! ```text
 //! F = f0 + (f90 - f0)(1 - mu)^p_f
@@ -10,8 +10,8 @@
 //! | f90 | 1 | 0..1 | reflectance at grazing; fixed at 1 unless freed |
 //! | p_f | 1 | 0.5..20 | exponent; fixed at 5 unless freed |
 //!
-//! Schlick 1994 (doi:10.1111/1467-8659.1330233) has f90 = 1 and the exponent 5, and with these it is `schlick`. Linear in f0 and
-//! f90. Directions up to 80 degrees say little of f90 and p_f apart, which is why both are fixed; the exponent bears an index in
+//! Schlick 1994 (doi:10.1111/1467-8659.1330233) has f90 = 1 and the exponent 5, for which this is `schlick`. Linear in f0 and
+//! f90. Directions up to 80 degrees hardly separate f90 from p_f, so both are fixed by default. The exponent has an index in
 //! its name because distributions have a p.
 
 use super::{Constants, FresnelReflectance};
@@ -21,16 +21,17 @@ use crate::model::{ParamSpec, Scale, Values};
 
 pub(super) struct GeneralisedSchlick;
 
-/// 1 - (1 - mu)^exponent and (1 - mu)^exponent; 1 and 0 with their derivatives where mu is 1. `rest` is 1 - mu.
+/// 1 - (1 - mu)^exponent and (1 - mu)^exponent, where `rest` is 1 - mu. They and their derivatives are exact at mu = 1, where
+/// they are 1 and 0.
 #[inline(always)]
 pub(super) fn fall_and_rise<T: Scalar>(exponent: T, mu: T::Real, rest: T::Real) -> (T, T) {
     let (zero, one) = (T::constant(0.0), T::constant(1.0));
     let nothing: T::Real = zero.value();
-    // Towards grazing what rounding has left out of 1 - mu; elsewhere `rest` has more digits than mu.
+    // The rounding error of 1 - mu, which matters towards grazing; elsewhere `rest` has more digits than mu.
     let lost: T::Real = (-rest).plus(1.0) - mu;
     let lost = T::Real::if_less(T::Real::literal(0.5), rest, lost, nothing);
     let power = exponent * rest.greater(T::Real::TINY).ln_of_sum(lost);
-    // The difference from 1 keeps its digits at grazing, where the power tends to 1.
+    // Written as a difference from 1, it keeps its digits at grazing, where the power tends to 1.
     let fallen = -(relative_exp_m1(power) * power);
     (T::if_less(nothing, rest, fallen, one), T::if_less(nothing, rest, power.exp(), zero))
 }

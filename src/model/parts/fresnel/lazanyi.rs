@@ -1,4 +1,4 @@
-//! Lazanyi and Szirmay-Kalos: Schlick's approximation less an error term for metals.
+//! Lazanyi and Szirmay-Kalos: Schlick's approximation minus an error term for metals.
 //!
 //! ```text
 //! F = f0 + (1 - f0)(1 - mu)^5 - a mu (1 - mu)^alpha_f
@@ -10,9 +10,10 @@
 //! | a | 1 | 0..20 | depth of the dip before grazing; 0 is Schlick |
 //! | alpha_f | 1 | 0.5..20 | its exponent, the same in all channels; without meaning where a is 0 |
 //!
-//! Lazanyi and Szirmay-Kalos 2005, Fresnel Term Approximations for Metals. They print f0 by the complex index: their
-//! ((n - 1)^2 + 4 n (1 - mu)^5 + k^2)/((n + 1)^2 + k^2) is f0 + (1 - f0)(1 - mu)^5 with f0 = ((n - 1)^2 + k^2)/((n + 1)^2 + k^2).
-//! Linear in f0 and a. alpha_f bears an index in its name because distributions have an alpha.
+//! Lazanyi and Szirmay-Kalos 2005, Fresnel Term Approximations for Metals. They write f0 in terms of the complex index: their
+//! ((n - 1)^2 + 4 n (1 - mu)^5 + k^2)/((n + 1)^2 + k^2) is f0 + (1 - f0)(1 - mu)^5 with
+//! f0 = ((n - 1)^2 + k^2)/((n + 1)^2 + k^2). Linear in f0 and a. alpha_f has an index in its name because distributions have an
+//! alpha.
 
 use super::generalised_schlick::fall_and_rise;
 use super::{Constants, FresnelReflectance, Schlick};

@@ -1,7 +1,7 @@
 //! Fresnel reflectance F(mu) of a facet, mu = wi.h.
 //!
-//! A Fresnel part gives one to three factors and their coefficients, F = sum_k c_k(amplitudes) F_k(mu; shapes),
-//! so that an amplitude such as Schlick's f0 stays linear.
+//! A Fresnel part has one to three factors with coefficients, F = sum_k c_k(amplitudes) F_k(mu; shapes), so that f stays
+//! linear in amplitudes such as Schlick's f0.
 
 mod conductor;
 mod dielectric;
@@ -23,24 +23,24 @@ use crate::math::Scalar;
 use crate::model::{Kernel, ParamSpec, Part, Values};
 use std::marker::PhantomData;
 
-/// What a reflectance keeps of its shapes.
+/// The constants that a reflectance computes from its shapes.
 pub type Constants<T> = [T; 3];
 
 /// Reflectance of a facet.
 pub trait FresnelReflectance: 'static {
-    /// Parameters, shapes and amplitudes.
+    /// The parameters: shapes and amplitudes.
     fn parameters() -> Vec<ParamSpec>;
 
-    /// How many of the parameters are shapes.
+    /// Number of parameters that are shapes.
     const SHAPES: usize = 0;
 
-    /// How many factors there are, 1 to 3.
+    /// Number of factors, 1 to 3.
     const FACTORS: usize = 1;
 
-    /// What depends on the shapes alone, computed once per block.
+    /// Computes everything that depends only on the shapes, once per block.
     fn prepare<T: Scalar>(shapes: Values<'_, T>) -> Constants<T>;
 
-    /// The factors at cosine `mu` and its difference from 1, `rest`; those beyond `FACTORS` are ignored.
+    /// The factors at cosine `mu`, with `rest` = 1 - `mu`; those beyond `FACTORS` are ignored.
     fn factors<T: Scalar>(constants: &Constants<T>, mu: T::Real, rest: T::Real) -> [T; 3];
 
     /// The coefficients of the factors.
@@ -74,7 +74,7 @@ impl<F: FresnelReflectance> Part for Reflectance<F> {
 }
 
 #[cfg(test)]
-#[expect(clippy::excessive_precision, reason = "golden values stand as computed, to 17 digits")]
+#[expect(clippy::excessive_precision, reason = "golden values are given as computed, to 17 digits")]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
@@ -131,7 +131,7 @@ mod tests {
                 );
             }
         }
-        // tint is the reflectance at mu = 1/7 over Schlick's, by definition.
+        // By definition, tint is the reflectance at mu = 1/7 divided by Schlick's.
         let at_82 = |tint: f64| Fresnel::F82Tint.reflectance(&[], &[0.6, tint], 1.0 / 7.0);
         assert_relative_eq!(at_82(0.7), 0.7 * at_82(1.0), max_relative = 1e-14);
         // With a = b and the exponent 6 Lazanyi's is the same function.
@@ -144,8 +144,8 @@ mod tests {
     }
 
     /// Metals by their complex index near 589 nm (Johnson and Christy 1972, Rakic 1998): aluminium, chromium, iron, tungsten.
-    /// Schlick's largest errors, published as 0.125, 0.19, 0.17 and 0.21, fall to a fraction with the term
-    /// of Lazanyi and Szirmay-Kalos, whose a and alpha are sought on a lattice here, and with F82-tint.
+    /// Schlick's largest errors, published as 0.125, 0.19, 0.17 and 0.21, are reduced to a fraction by the term of Lazanyi and
+    /// Szirmay-Kalos, whose a and alpha are searched on a grid here, and by F82-tint.
     #[test]
     fn approximations_of_metals() {
         let cosines: Vec<f64> = (0..=90).map(|i| f64::from(i).to_radians().cos()).collect();

@@ -1,16 +1,16 @@
-//! Reflectance at normal incidence: from the index of refraction and back, and of named materials.
+//! Reflectance at normal incidence: conversion from and to the index of refraction, and values for named materials.
 //!
 //! ```text
 //! f0 = ((eta - 1)^2 + k^2)/((eta + 1)^2 + k^2),     eta = (1 + sqrt f0)/(1 - sqrt f0) for k = 0
 //! ```
 
-/// f0 of a dielectric with refractive index `eta`; 0 for 1, 1 for infinity.
+/// f0 of a dielectric with refractive index `eta`: 0 for an index of 1, 1 for an infinite index.
 #[must_use]
 pub fn f0_of_eta(eta: f64) -> f64 {
     if eta.is_infinite() { 1.0 } else { ((eta - 1.0) / (eta + 1.0)).powi(2) }
 }
 
-/// The refractive index, at least 1, of a dielectric that reflects `f0` at normal incidence; infinite for 1.
+/// The refractive index, at least 1, of a dielectric with reflectance `f0` at normal incidence; infinite for `f0` = 1.
 #[must_use]
 pub fn eta_of_f0(f0: f64) -> f64 {
     let r = f0.sqrt();
@@ -23,7 +23,7 @@ pub fn f0_of_index(eta: f64, k: f64) -> f64 {
     ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k)
 }
 
-/// A material with a known f0: one number, or r, g and b in linear sRGB.
+/// The known f0 of a material: one number, or r, g and b in linear sRGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known {
     /// The same in all channels.
@@ -32,13 +32,13 @@ pub enum Known {
     Rgb([f64; 3]),
 }
 
-/// Materials by name. Dielectrics by their index at 589 nm, rounded as textbooks have it; metals from the table
-/// of Akenine-Moller, Haines and Hoffman 2008, Real-Time Rendering, 3rd edition, section 7.5.3, also in Hoffman's notes for the
-/// course Physically-Based Shading Models in Film and Game Production (SIGGRAPH 2010).
+/// Names of the materials. f0 of dielectrics follows from their index at 589 nm, rounded as in textbooks. Metals are from the
+/// table of Akenine-Moller, Haines and Hoffman 2008, Real-Time Rendering, 3rd edition, section 7.5.3, which is also in
+/// Hoffman's notes for the course Physically-Based Shading Models in Film and Game Production (SIGGRAPH 2010).
 pub const NAMES: [&str; 9] =
     ["water", "plastic", "glass", "diamond", "copper", "aluminium", "gold", "silver", "iron"];
 
-/// f0 of the material `name`.
+/// f0 of the material `name`. `None` if it is not known.
 #[must_use]
 pub fn known_f0(name: &str) -> Option<Known> {
     Some(match name {

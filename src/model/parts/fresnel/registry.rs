@@ -14,13 +14,13 @@ macro_rules! fresnels {
         }
 
         impl Fresnel {
-            /// Parameters, shapes and amplitudes.
+            /// The parameters: shapes and amplitudes.
             #[must_use]
             pub fn parameters(self) -> Vec<ParamSpec> {
                 match self { $(Self::$part => $module::$part::parameters()),* }
             }
 
-            /// Shows the reflectance as a part whose shapes begin with a lobe's shape number `first`.
+            /// Passes the reflectance to `visitor` as a part whose shapes begin with the lobe's shape number `first`.
             pub fn show(self, first: usize, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => visitor.part::<Reflectance<$module::$part>>(first)),* }
             }

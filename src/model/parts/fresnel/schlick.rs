@@ -24,7 +24,7 @@ impl FresnelReflectance for Schlick {
     fn factors<T: Scalar>(_: &Constants<T>, mu: T::Real, rest: T::Real) -> [T; 3] {
         let rest2: T::Real = rest * rest;
         let rest4: T::Real = rest2 * rest2;
-        // 1 - s = (1 - rest)(1 + rest + ... + rest^4), without the difference of two numbers that meet at grazing.
+        // 1 - s = (1 - rest)(1 + rest + ... + rest^4), which avoids a difference of two nearly equal numbers at grazing.
         let sum: T::Real = rest.plus(1.0) * rest2.plus(1.0) + rest4;
         [T::from_real(mu * sum), T::from_real(rest4 * rest), T::constant(0.0)]
     }

@@ -1,7 +1,7 @@
 //! Implicit shadowing: G = ci co, so that V = 1/4 and f = D F/4.
 //!
-//! What leaving the quotient out amounts to (Hoffman 2013, Background: Physics and Math of Shading, course notes). Too
-//! dark everywhere but along the normal.
+//! This is the shadowing that results from omitting G and the denominator 4 ci co (Hoffman 2013, Background: Physics and Math
+//! of Shading, course notes). Too dark everywhere except along the normal.
 
 use super::Geometric;
 use crate::geometry::Geometry;

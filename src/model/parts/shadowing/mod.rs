@@ -1,5 +1,5 @@
-//! Shadowing and masking, as the visibility V = G/(4 ci co): the quotient of two numbers that both vanish
-//! at grazing is written so that it does not.
+//! Shadowing and masking, as the visibility V = G/(4 ci co). G and 4 ci co both vanish at grazing, so their quotient is
+//! written in a form that does not become 0/0.
 
 mod implicit;
 mod kelemen;
@@ -23,7 +23,7 @@ use crate::math::{Real, Scalar};
 use crate::model::{Kernel, Part, Values};
 use std::marker::PhantomData;
 
-/// Shadowing that knows the directions alone.
+/// Shadowing that depends only on the directions.
 pub trait Geometric: 'static {
     /// G/(4 ci co), 1/sr per unit of D F.
     fn visibility<R: Real>(g: &Geometry<R>) -> R;
@@ -33,7 +33,7 @@ impl<G: Geometric> Shadows for G {
     type Visibility<D: FacetDistribution> = OfDirections<G>;
 }
 
-/// Such a shadowing as a part of a lobe.
+/// Shadowing that depends only on the directions, as a part of a lobe.
 pub struct OfDirections<G>(PhantomData<G>);
 
 impl<G: Geometric> Kernel for OfDirections<G> {

@@ -1,7 +1,7 @@
 //! Neumann and Neumann: G = min(ci, co), so that V = 1/(4 max(ci, co)).
 //!
-//! Neumann, Neumann and Szirmay-Kalos 1999, Compact Metallic Reflectance Models (doi:10.1111/1467-8659.00337). Knows
-//! nothing of the roughness; grows at grazing only where both directions graze.
+//! Neumann, Neumann and Szirmay-Kalos 1999, Compact Metallic Reflectance Models (doi:10.1111/1467-8659.00337). Does not depend
+//! on the roughness; grows without bound only where both directions are grazing.
 
 use super::Geometric;
 use crate::geometry::Geometry;

@@ -10,12 +10,12 @@ use crate::model::{Energy, Visitor};
 macro_rules! shadowings {
     ($($name:literal => $module:ident::$part:ident),* $(,)?) => {
         parts! {
-            /// Any shadowing and masking.
+            /// Any form of shadowing and masking.
             Shadowing: $($name => $part),*
         }
 
         impl Shadowing {
-            /// Shows the visibility of `distribution` as a part whose shapes are a lobe's first.
+            /// Passes the visibility of `distribution` to `visitor` as a part whose shapes are the first ones of the lobe.
             pub fn show(self, distribution: Distribution, visitor: &mut impl Visitor) {
                 match self { $(Self::$part => distribution.show_visibility::<$module::$part>(visitor)),* }
             }
@@ -36,13 +36,13 @@ shadowings! {
 }
 
 impl Shadowing {
-    /// What becomes of the light that meets perfect facets under this form of shadowing.
+    /// Whether a lobe of perfect facets gains energy with this form of shadowing.
     #[must_use]
     pub fn energy(self) -> Energy {
         match self {
-            // Nothing makes up for 1/(4 ci co), which has no bound towards grazing.
+            // Nothing compensates 1/(4 ci co), which grows without bound towards grazing.
             Self::None => Energy::MayGain { largest_albedo: 286.0 },
-            // It is Beckmann's, whatever the distribution: too little for those with longer tails.
+            // It is Beckmann's shadowing for any distribution, which is too weak for those with longer tails.
             Self::SmithRational => Energy::MayGain { largest_albedo: 1.753 },
             _ => Energy::Conserved,
         }

@@ -1,8 +1,8 @@
 //! Schlick's rational approximation to Smith's shadowing: G1 = cos/(cos (1 - k) + k), k = m/2.
 //!
-//! Schlick 1994 (doi:10.1111/1467-8659.1330233), with the k that approaches GGX (Karis 2013); exact at m = 1, off by up
-//! to 0.12 in G1 at m = 0.2 and 0.15 at 0.05. For other distributions m is that of the GGX with the same peak,
-//! 1/sqrt(pi D(n)). V = 1/(4 (ci (1 - k) + k)(co (1 - k) + k)), finite at grazing.
+//! Schlick 1994 (doi:10.1111/1467-8659.1330233), with the k that approximates GGX (Karis 2013); exact at m = 1, off by up to
+//! 0.12 in G1 at m = 0.2 and 0.15 at 0.05. For other distributions m is that of the GGX with the same peak, 1/sqrt(pi D(n)).
+//! V = 1/(4 (ci (1 - k) + k)(co (1 - k) + k)), finite at grazing.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -31,11 +31,11 @@ impl<D: FacetDistribution> Part for Visibility<D> {
     }
 }
 
-/// The visibility of all distributions, which k alone decides.
+/// The visibility of all distributions, which depends only on k.
 pub(crate) struct Rational;
 
 impl Kernel for Rational {
-    /// k.
+    /// The constant k.
     type Prepared<T: Scalar> = T;
     type Output<T: Scalar> = [T; 1];
 

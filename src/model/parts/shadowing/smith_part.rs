@@ -1,4 +1,4 @@
-//! What the forms of Smith's shadowing share: the same Lambda, which they join in different ways.
+//! Code shared by the forms of Smith's shadowing, which combine the same Lambda in different ways.
 
 use crate::geometry::Geometry;
 use crate::math::Scalar;
@@ -6,13 +6,13 @@ use crate::model::parts::distribution::{FacetDistribution, SmithForm};
 use crate::model::{Kernel, Part, PreparedBy, Values};
 use std::marker::PhantomData;
 
-/// Smith's shadowing: what it makes of Lambda for the light and for the viewer.
+/// A form of Smith's shadowing: how it combines Lambda of the light and of the viewer.
 pub trait SmithVisibility: 'static {
     /// G/(4 ci co), 1/sr per unit of D F, from C = cos (1 + 2 Lambda) of the light and of the viewer.
     fn visibility<T: Scalar>(light: T, view: T, g: &Geometry<T::Real>) -> T;
 }
 
-/// Such a shadowing `G` of distribution `D` as a part of a lobe.
+/// Smith's shadowing in the form `G` for distribution `D`, as a part of a lobe.
 pub struct OfSmith<D, G>(PhantomData<(D, G)>);
 
 impl<D: FacetDistribution, G: SmithVisibility> Part for OfSmith<D, G> {

@@ -1,14 +1,14 @@
-//! Smith's shadowing with a rational approximation to Beckmann's Lambda, without exponential and error function.
+//! Smith's shadowing with a rational approximation to Beckmann's Lambda, which avoids the exponential and the error function.
 //!
 //! ```text
 //! G = 1/(1 + Lambda_i + Lambda_o),   a = 1/(m tan)
 //! Lambda = (1 - 1.259 a + 0.396 a^2)/(3.535 a + 2.181 a^2) for a < 1.548133, else 0
 //! ```
 //!
-//! Walter et al. 2007, eq. 27 (doi:10.2312/EGWR/EGSR07/195-206), who print G1 = 1/(1 + Lambda) and its error, less
-//! than 0.35 %. Against the exact ones G1 is off by 0.31 % at most and G by 0.62 %; Lambda by 4.6 % where a < 1, and
-//! beyond by more and more of what is less and less, to all of 0.0023 at the end. With s = m sin, or, with two
-//! roughnesses, s^2 = mx^2 vx^2 + my^2 vy^2,
+//! Walter et al. 2007, eq. 27 (doi:10.2312/EGWR/EGSR07/195-206), who print G1 = 1/(1 + Lambda) and its error, less than 0.35 %.
+//! G1 differs from the exact one by at most 0.31 % and G by 0.62 %. Lambda is off by 4.6 % for a < 1; for larger a its relative
+//! error increases as Lambda itself decreases, up to 100 % of 0.0023 at the end. With s = m sin or, for two roughnesses,
+//! s^2 = mx^2 vx^2 + my^2 vy^2,
 //!
 //! ```text
 //! 4 ci co/G = 4 (ci co + co L_i + ci L_o)
@@ -17,14 +17,14 @@
 //!
 //! which is finite at grazing, and along the normal, where a is infinite.
 //!
-//! Departure: the paper's Lambda is 0 from a = 1.6 on. From 1.548133 on, where the numerator first vanishes, it is
-//! negative, down to -6e-5; that part is left out. So G is never above 1 and has no jump. It has a kink, where the
-//! derivative of Lambda with respect to a goes from -0.003 to 0.
+//! Departure: the paper's Lambda is 0 from a = 1.6 on. Between 1.548133, where the numerator first vanishes, and 1.6 it is
+//! negative, down to -6e-5; that part is replaced by 0 here. So G never exceeds 1 and has no jump. It has a kink, where the
+//! derivative of Lambda with respect to a changes from -0.003 to 0.
 //!
-//! For distributions other than Beckmann's m is their own, or mx and my; alpha of SGD is m^2, and of ABC 2/(b c) is, with
-//! which they are Beckmann's where p = 0, and where c is large. It is not their own shadowing: where they have longer
-//! tails there is too little of it, and the lobe gains light towards grazing. With d=ggx, m = 0.2 its albedo is 1.02 at 75
-//! degrees, 1.29 at 85 and 1.753 at 89.9.
+//! Distributions other than Beckmann's use their own m, or mx and my. For SGD m^2 is alpha, and for ABC it is 2/(b c), with
+//! which they equal Beckmann's for p = 0, and for large c. This is not their own shadowing: if they have longer tails it is
+//! too weak, and the lobe gains light towards grazing. With d=ggx, m = 0.2 its albedo is 1.02 at 75 degrees, 1.29 at 85 and
+//! 1.753 at 89.9.
 
 use crate::geometry::Geometry;
 use crate::math::Scalar;
@@ -32,7 +32,7 @@ use crate::model::parts::distribution::{FacetDistribution, Roughness, Shadows};
 use crate::model::{Kernel, Part, PreparedBy, Values};
 use std::marker::PhantomData;
 
-/// a from which on nothing is hidden: the lesser zero of 1 - 1.259 a + 0.396 a^2.
+/// The a from which on nothing is hidden: the smaller zero of 1 - 1.259 a + 0.396 a^2.
 const END: f64 = 1.548_133_125_700_066_7;
 
 pub(crate) struct SmithRational;
@@ -76,7 +76,7 @@ fn cos_lambda<T: Scalar>(slope2: T, cos: T::Real) -> T {
     let slope = slope2.sqrt();
     let numerator = slope2 - (slope.times(1.259) - cos.times(0.396)) * cos;
     let hidden = numerator / (slope.times(3.535) + cos.times(2.181));
-    // Along the normal the root's slope is infinite: it is chosen away together with the value.
+    // Along the normal the slope of the root is infinite; it is discarded together with the value.
     let end: T::Real = slope.value().times(END);
     T::if_less(cos, end, hidden, T::constant(0.0))
 }
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Lambda at a = 1/(m tan), approximated and exact.
+    /// Lambda at a = 1/(m tan): the approximation, and the exact value.
     fn lambdas(a: f64) -> (f64, f64) {
         // m = 1
         let cos = a / a.hypot(1.0);
@@ -94,7 +94,7 @@ mod tests {
         (cos_lambda(1.0 - cos * cos, cos) / cos, exact)
     }
 
-    /// The bound is Walter et al.'s; what is below it are the figures of the head.
+    /// The bound is that of Walter et al.; the smaller figures are those in the head of this file.
     #[test]
     fn is_as_close_as_published() {
         let steps: Vec<(f64, f64, f64)> = (0..=1000)
@@ -118,7 +118,7 @@ mod tests {
         assert!(beyond < 0.0023, "{beyond}");
     }
 
-    /// Where the paper's form is positive it is this one, and nowhere is this one negative or jumps.
+    /// It equals the paper's form where that is positive, and is never negative and never jumps.
     #[test]
     fn ends_where_the_numerator_does() {
         for k in 1..=2000 {

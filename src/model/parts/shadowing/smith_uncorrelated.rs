@@ -1,7 +1,7 @@
-//! Smith's shadowing with light and viewer taken as independent: G = G1(i) G1(o), G1 = 1/(1 + Lambda).
+//! Smith's shadowing with light and viewer assumed to be independent: G = G1(i) G1(o), G1 = 1/(1 + Lambda).
 //!
-//! Smith 1967; Walter et al. 2007, eq. 23. Darker than the height-correlated form, up to many times at
-//! grazing on rough surfaces. With C = cos (1 + 2 Lambda), 2 cos/G1 = cos + C.
+//! Smith 1967; Walter et al. 2007, eq. 23. Darker than the height-correlated form, by a large factor at grazing on rough
+//! surfaces. With C = cos (1 + 2 Lambda), 2 cos/G1 = cos + C.
 
 use super::smith_part::{OfSmith, SmithVisibility};
 use crate::geometry::Geometry;
