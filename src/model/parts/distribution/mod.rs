@@ -317,6 +317,7 @@ mod tests {
     /// The facets seen from any direction cover the surface's own projection: int G1 D (o.h)+ dh = cos(theta)
     /// (Heitz 2014, eq. 14). It ties the shadowing to the distribution.
     #[test]
+    #[ignore = "takes a minute"]
     fn visible_facets_cover_the_surface() {
         let (rule, radial) = (GaussLegendre::new(48), GaussLegendre::new(32));
         // A ridge that is sharper still needs other panels where it meets the edge of what is seen.
