@@ -229,7 +229,17 @@ fn for_every_model(cases: usize, check: impl Fn(&str, &AnyModel, &Choices, Geome
 
 #[test]
 fn agree_with_num_dual() {
-    for_every_model(400, |name, model, choices, g, shapes, amplitudes| {
+    compare_with_num_dual(40);
+}
+
+#[test]
+#[ignore = "takes a minute"]
+fn agree_with_num_dual_in_many_cases() {
+    compare_with_num_dual(400);
+}
+
+fn compare_with_num_dual(cases: usize) {
+    for_every_model(cases, |name, model, choices, g, shapes, amplitudes| {
         let (f, derivatives) = by_blocks(model, g, shapes, amplitudes);
         let values: Vec<f64> = shapes.iter().chain(amplitudes).copied().collect();
         let slack = (log_factor(model, choices, &g, shapes) / 16.0).max(1.0);
@@ -252,7 +262,17 @@ fn agree_with_num_dual() {
 
 #[test]
 fn agree_with_central_differences() {
-    for_every_model(200, |name, model, choices, g, shapes, amplitudes| {
+    compare_with_central_differences(20);
+}
+
+#[test]
+#[ignore = "takes a minute"]
+fn agree_with_central_differences_in_many_cases() {
+    compare_with_central_differences(200);
+}
+
+fn compare_with_central_differences(cases: usize) {
+    for_every_model(cases, |name, model, choices, g, shapes, amplitudes| {
         let (f, derivatives) = by_blocks(model, g, shapes, amplitudes);
         if f.abs() < 1e-250 {
             return;

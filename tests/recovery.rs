@@ -89,9 +89,16 @@ fn truth(
     table
 }
 
-fn directions(on_grid: bool, seed: u64) -> Directions {
+/// Directions that gather where the lobe of an expression peaks: about the mirror direction, or, for a retroreflecting one, about the light.
+fn directions(expression: &Expression, on_grid: bool, seed: u64) -> Directions {
     if !on_grid {
-        return Directions::Scattered(scattered_directions(DIRECTIONS, 80.0, seed));
+        let mut pairs = scattered_directions(DIRECTIONS, 80.0, seed);
+        if expression.canonical().contains("retro") {
+            for pair in &mut pairs {
+                (pair.wo.x, pair.wo.y) = (-pair.wo.x, -pair.wo.y);
+            }
+        }
+        return Directions::Scattered(pairs);
     }
     let grid = Arc::new(HalfDifferenceGrid::merl(0.5));
     let cells = (0..u32::try_from(HalfDifferenceGrid::CELLS).unwrap())
@@ -121,7 +128,8 @@ fn run(case: &Case, sets: usize, on_grid: bool, noise: Noise, check: impl Fn(&st
             settings.extend(["s5", "s6"].map(|name| set_to(name, Setting::Fix(2.0))));
         }
         let truth = truth(case, &channels, on_grid, &settings, &mut rng);
-        let data = measurement(&case.expression, &truth, directions(on_grid, seed), noise, seed);
+        let data =
+            measurement(&case.expression, &truth, directions(&case.expression, on_grid, seed), noise, seed);
         let mut options = Options::default().with_settings(settings);
         if noise.any() {
             options.metric = Metric::L2;

@@ -80,6 +80,7 @@ fn a_matte_surface_needs_a_diffuse_model_and_a_glossy_one_a_lobe() {
 
 /// A low sun over a floor asks for more than a sky full of clouds does, of three different materials.
 #[test]
+#[ignore = "takes a minute"]
 fn scenes_differ_in_what_they_need() {
     let folder = Folder::new();
     for (name, made_of) in [
@@ -147,6 +148,7 @@ fn the_difference_is_that_of_the_images() {
 
 /// In the metric of radiance itself, no image is farther off with the scene's weights, and most are nearer.
 #[test]
+#[ignore = "takes a minute"]
 fn weights_of_the_scene_lower_the_error_of_the_image() {
     let folder = Folder::new();
     folder.brdfit(GLOSSY).good();
