@@ -51,9 +51,10 @@ impl HeightfieldArguments {
             ("--tile", self.tile.is_some()),
             ("--facets", self.facets.is_some()),
         ];
-        given.iter().find(|(_, given)| *given).map_or(Ok(()), |(option, _)| {
-            Err(Error::invalid(*option, "--from-heightfield as well", "none"))
-        })
+        given
+            .iter()
+            .find(|(_, given)| *given)
+            .map_or(Ok(()), |(option, _)| Err(Error::invalid(*option, "--from-heightfield as well", "none")))
     }
 
     /// The simulation that these options and the values of `--set` describe.
