@@ -286,7 +286,7 @@ fn broken_files_and_bad_usage_are_refused() {
             "--thickness 2",
             &["--thickness", "without a column 'thickness'"],
         ),
-        ("thickness below 0", good.as_bytes(), "--thickness -1", &["more than 0"]),
+        ("thickness below 0", good.as_bytes(), "--thickness -1", &["above 0"]),
         ("surface of one number", good.as_bytes(), "--saunderson 0.04", &["0.04,0.596"]),
         ("surface that lets nothing out", good.as_bytes(), "--saunderson 0.04,1", &["less than 1"]),
         ("surface twice", good.as_bytes(), "--saunderson 0,0 --eta 1.5", &["--eta"]),

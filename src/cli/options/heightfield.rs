@@ -51,9 +51,10 @@ impl HeightfieldArguments {
             ("--tile", self.tile.is_some()),
             ("--facets", self.facets.is_some()),
         ];
-        given.iter().find(|(_, given)| *given).map_or(Ok(()), |(option, _)| {
-            Err(Error::invalid(*option, "--from-heightfield beside it", "none"))
-        })
+        given
+            .iter()
+            .find(|(_, given)| *given)
+            .map_or(Ok(()), |(option, _)| Err(Error::invalid(*option, "--from-heightfield as well", "none")))
     }
 
     /// The simulation that these options and the values of `--set` describe.
@@ -65,7 +66,7 @@ impl HeightfieldArguments {
         seed: u64,
     ) -> Result<Simulation, Error> {
         let misplaced = |option: &str, surface: &str| {
-            Err(Error::invalid(option, format!("--from-heightfield {surface} beside it"), "another surface"))
+            Err(Error::invalid(option, format!("--from-heightfield {surface} as well"), "another surface"))
         };
         let kind = match surface {
             Surface::Gaussian if self.facets.is_some() => return misplaced("--facets", "v-groove"),
@@ -87,7 +88,7 @@ impl HeightfieldArguments {
 /// The value of `--set m=V`, the only parameter of a height field; it must be given.
 fn roughness(set: &[String]) -> Result<f64, Error> {
     let wrong =
-        |found: &str| Error::invalid(OptionName::Set, "m=V alone, the rms slope of a height field", found);
+        |found: &str| Error::invalid(OptionName::Set, "only m=V, the rms slope of a height field", found);
     match set {
         [] => Err(wrong("nothing")),
         [one] => {

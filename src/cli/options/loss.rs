@@ -60,7 +60,11 @@ impl LossArguments {
     fn scale(&self) -> Result<Option<f64>, Error> {
         let Some(text) = self.loss_scale.as_deref() else { return Ok(None) };
         if matches!(self.loss, LossName::None) {
-            return Err(Error::invalid(OptionName::LossScale, "--loss huber or cauchy beside it", "none"));
+            return Err(Error::invalid(
+                OptionName::LossScale,
+                "--loss huber or --loss cauchy as well",
+                "none",
+            ));
         }
         if text == "auto" {
             return Ok(None);

@@ -1,8 +1,8 @@
-//! Bagher's SGD: a shifted gamma distribution with a shadowing function and a Fresnel term of its own, per channel.
+//! Bagher's SGD: a shifted gamma distribution with its own shadowing function and Fresnel term, per channel.
 //!
 //! ```text
 //! f  = kd/pi + ks F D G1(wi) G1(wo)/(pi ci co)
-//! D  = K exp(-x)/(pi x^p cos^4),   x = alpha + tan^2/alpha,   K of the normalisation
+//! D  = K exp(-x)/(pi x^p cos^4),   x = alpha + tan^2/alpha,   K from the normalisation
 //! F  = f0 + (1 - f0)(1 - mu)^5 - f1 mu
 //! G1 = max(0, 1 + lambda (1 - exp(c max(0, theta - theta0)^k)))
 //! ```
@@ -12,7 +12,7 @@
 //! | kd | 1 | 0..2 | albedo of the diffuse base |
 //! | ks | 1 | 0..1000 | scale of the lobe |
 //! | f0 | 1 | 0..10 | Fresnel term at normal incidence, before f1 |
-//! | f1 | 1 | -10..10 | what is taken off at normal incidence |
+//! | f1 | 1 | -10..10 | reduction of the Fresnel term at normal incidence |
 //! | alpha | 1 | 1e-6..10 | scale of the squared slope |
 //! | p | 1 | -1..4 | power of the tail |
 //! | lambda | 1 | 1e-9..1e9 | shadowing: weight of the fall; fixed unless freed |
@@ -21,15 +21,16 @@
 //! | theta0 | radians | -1..1.5 | shadowing: where the fall begins; fixed unless freed |
 //!
 //! Bagher, Soler and Holzschuch 2012, Accurate Fitting of Measured Reflectances Using a Shifted Gamma Micro-facet
-//! Distribution (doi:10.1111/j.1467-8659.2012.03147.x), whose supplement lists fits of the 100 MERL materials: every
-//! parameter has a value per channel, and a row is typed in as printed: `albedo` is ks, `eta` f0 and f1, `Lambda` lambda
-//! (docs/trust/published.md). The printed K follows from alpha and p, and is no parameter.
+//! Distribution (doi:10.1111/j.1467-8659.2012.03147.x), whose supplement lists fits of the 100 MERL materials. Every parameter
+//! has a value per channel, and a row can be entered as printed: `albedo` is ks, `eta` f0 and f1, `Lambda` lambda
+//! (docs/trust/published.md). The printed K follows from alpha and p, and is not a parameter.
 //!
-//! The authors fit G1 to the shadowing that follows from D, not to the measurement; so lambda, c, k and theta0 are fixed here unless
-//! freed, at values that are in the middle of their table. Data say little of them: shadowing matters at grazing alone.
-//! `cook-torrance(d=sgd)` has the shadowing itself. F can leave 0..1, and f be negative: ks, f0 and f1 are three linear
-//! weights of 1 - s, s and mu, with little to tell them apart below 60 degrees (the published f0 reach 8.5). Reciprocal; not
-//! energy conserving in general (with ks, f0 and f1 at 1 and every shape at its upper bound the albedo at 89.9 degrees is 155.7); f grows as 1/(ci co) at grazing unless G1 has come down to 0.
+//! The authors fit G1 to the shadowing that follows from D, not to the measurement; so lambda, c, k and theta0 are fixed here
+//! unless freed, at values in the middle of their table. Data hardly determine them, since shadowing matters only at grazing.
+//! `cook-torrance(d=sgd)` has the shadowing that follows from D. F can be outside 0..1, and f can be negative: ks, f0 and f1 are
+//! three linear weights of 1 - s, s and mu, which data below 60 degrees hardly separate (the published f0 reach 8.5).
+//! Reciprocal; not energy conserving in general (with ks, f0 and f1 at 1 and every shape at its upper bound the albedo at 89.9
+//! degrees is 155.7); f grows as 1/(ci co) at grazing unless G1 has fallen to 0.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -39,7 +40,7 @@ use crate::model::zoo::lambert::Lambert;
 use crate::model::{Choices, Energy, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
 use std::f64::consts::FRAC_1_PI;
 
-/// A shifted gamma distribution with a shadowing function and a Fresnel term of its own, per channel.
+/// A shifted gamma distribution with its own shadowing function and Fresnel term, per channel.
 #[derive(Clone, Copy, Debug)]
 pub struct BagherSgd;
 
@@ -53,12 +54,12 @@ struct Fall<T>([T; 4]);
 impl<T: Scalar> Fall<T> {
     #[inline(always)]
     fn g1(&self, sin2: T::Real, cos: T::Real) -> T {
-        /// exp(60) lambda is above 1 for every lambda within the bounds: G1 is 0 from here on.
+        /// Exponent from which on G1 is 0: exp(60) lambda is above 1 for every lambda within the bounds.
         const DARK: f64 = 60.0;
         let Self([lambda, ln_c, k, theta0]) = *self;
         let angle: T::Real = sin2.sqrt().atan2(cos);
         let beyond = -(theta0 - angle);
-        // At the floor c beyond^k is 0 for every c and k, and its logarithm still finite.
+        // At the floor c beyond^k is 0 for every c and k, and its logarithm is still finite.
         let floor = T::from_real(T::Real::TINY);
         let beyond = T::if_less(floor.value(), beyond.value(), beyond, floor);
         let exponent = ln_c + k * beyond.ln();

@@ -11,15 +11,15 @@
 //! | m | 1 | 1e-4..1 | roughness: root-mean-square slope |
 //! | f0 | 1 | 0..1 | reflectance at normal incidence |
 //!
-//! Cook and Torrance 1982 (doi:10.1145/357290.357293), eq. 6 to 12. Their R = d Rd + s Rs with s + d = 1: d Rd, the share of the
-//! diffuse base times its bidirectional reflectance, is kd/pi here.
+//! Cook and Torrance 1982 (doi:10.1145/357290.357293), eq. 6 to 12. They write R = d Rd + s Rs with s + d = 1; d Rd, the share of
+//! the diffuse base times its bidirectional reflectance, is kd/pi here.
 //!
-//! D' is Beckmann's distribution as the paper prints it, without pi; G that of v-cavities; F the exact reflectance of a
-//! dielectric whose index follows from f0, as they take it for metals, too. The pi stands where the
-//! half vector's Jacobian wants a 4, and is missing in D': s is a quarter of the ks of
+//! D' is Beckmann's distribution as printed in the paper, without pi; G is that of v-cavities; F is the exact reflectance of a
+//! dielectric whose index follows from f0, which the paper uses for metals, too. The denominator has pi where the half vector's
+//! Jacobian requires 4, and D' lacks its pi: s is a quarter of the ks of
 //! `cook-torrance(d=beckmann, g=v-cavity, f=dielectric)`, and a surface with s = 1 reflects up to four times what it receives.
-//! With s free the rise towards grazing alone tells f0.
-//! Reciprocal; energy conserving for s <= 1/4 and kd = 0 (the largest albedo found up to 89.9 degrees is 3.998 s); finite at grazing; m -> 0 a mirror.
+//! If s is free, only the rise towards grazing determines f0. Reciprocal; energy conserving for s <= 1/4 and kd = 0 (the largest
+//! albedo found up to 89.9 degrees is 3.998 s); finite at grazing; m -> 0 a mirror.
 
 use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
@@ -49,7 +49,7 @@ impl Model for CookTorrance1982 {
             ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
             ParamSpec::amplitude("s", "share of the specular lobe", 1.0, 0.2),
         ];
-        // With s free, the rise towards grazing alone tells f0, and dielectrics and metals are apart by a valley.
+        // If s is free, only the rise towards grazing determines f0, and a valley separates dielectrics from metals.
         let fresnel = Fresnel::Dielectric.parameters().into_iter();
         let fresnel = fresnel.map(|spec| ParamSpec { typical: (0.01, 0.95), ..spec }).collect();
         [own, Distribution::Beckmann.parameters(), fresnel].concat()
@@ -64,7 +64,7 @@ impl Model for CookTorrance1982 {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
         let [kd, s] = amplitudes.take();
-        // pi D/(pi ci co) against D/(4 ci co)
+        // The model has pi D/(pi ci co), the parts have D/(4 ci co).
         [kd, s.times(4.0)]
     }
 

@@ -11,14 +11,14 @@
 //! | n | 1 | 0.001..1e6 | exponent; 10 satin, 1000 polished |
 //! | eta | 1 | 1.0001..3 | refractive index, the same in all channels; 1.5 glass and plastic |
 //!
-//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), whose supplement
-//! lists fits of the 100 MERL materials; a row is typed in as printed: `albedo` is ks, `sharpness` n and `fresnelReflectance` eta (docs/trust/published.md). Fitted indices run
-//! up to 10.1 there, far beyond any dielectric: F is then nearly constant and eta but a scale. `--bounds eta=1.0001..11`
-//! admits them.
+//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), whose supplement lists fits of the 100 MERL materials.
+//! A row can be entered as printed: `albedo` is ks, `sharpness` n and `fresnelReflectance` eta (docs/trust/published.md). The
+//! fitted indices reach 10.1, far above any dielectric: F is then nearly constant and eta is merely a scale.
+//! `--bounds eta=1.0001..11` admits them.
 //!
-//! The lobe is that of `ashikhmin-shirley` with nu = nv = n, F the exact reflectance of a dielectric, and the base is
-//! Lambert's and not the coupled one of the paper of 2000. Reciprocal; not energy conserving at grazing, where f grows
-//! without bound as 1/max(ci, co); n -> 0 nearly constant.
+//! The lobe is that of `ashikhmin-shirley` with nu = nv = n, F is the exact reflectance of a dielectric, and the base is Lambert,
+//! not the coupled one of the paper of 2000. Reciprocal; not energy conserving at grazing, where f grows without bound as
+//! 1/max(ci, co); n -> 0 nearly constant.
 
 use super::shared::{LOW, base_and_scale};
 use crate::math::Scalar;

@@ -11,12 +11,11 @@
 //! | m | 1 | 1e-4..1 | roughness: root-mean-square slope |
 //! | eta | 1 | 1.0001..3 | refractive index, the same in all channels; 1.5 glass and plastic |
 //!
-//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), whose supplement
-//! lists fits of the 100 MERL materials; a row is typed in as printed: `albedo` is ks, `roughness` m (docs/trust/published.md). Fitted indices run
-//! up to 9.8 there, far beyond any dielectric: F is then nearly constant and eta but a scale. `--bounds eta=1.0001..10`
-//! admits them.
+//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), whose supplement lists fits of the 100 MERL materials.
+//! A row can be entered as printed: `albedo` is ks, `roughness` m (docs/trust/published.md). The fitted indices reach 9.8, far
+//! above any dielectric: F is then nearly constant and eta is merely a scale. `--bounds eta=1.0001..10` admits them.
 //!
-//! D' is Beckmann's distribution without its pi, G that of v-cavities, F the exact reflectance of a dielectric: ks is a
+//! D' is Beckmann's distribution without its pi, G is that of v-cavities, and F is the exact reflectance of a dielectric: ks is a
 //! quarter of the ks of `lambert + cook-torrance(d=beckmann, g=v-cavity, f=dielectric)`. Reciprocal; energy conserving for
 //! ks <= 1/4 and kd = 0 (the largest albedo found up to 89.9 degrees is 3.67 ks); finite at grazing; m -> 0 a mirror.
 
@@ -57,7 +56,7 @@ impl Model for LowCookTorrance {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
         let [kd, ks] = amplitudes.take();
-        // pi D/(pi ci co) against D/(4 ci co)
+        // The model has pi D/(pi ci co), the parts have D/(4 ci co).
         [kd, ks.times(4.0)]
     }
 

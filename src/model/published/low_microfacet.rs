@@ -12,15 +12,15 @@
 //! | c | 1 | 0.01..20 | decline of the tail |
 //! | eta | 1 | 1.0001..3 | refractive index, the same in all channels; 1.5 glass and plastic |
 //!
-//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), eq. 19, whose supplement
-//! lists fits of the 100 MERL materials; a row is typed in as printed: A, B, C and eta are a, b, c and eta (docs/trust/published.md). Fitted indices run
-//! up to 100 there, far beyond any dielectric: F is then nearly constant and eta but a scale. `--bounds eta=1.0001..100`
-//! admits them.
+//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), eq. 19, whose supplement lists fits of the 100 MERL
+//! materials. A row can be entered as printed: A, B, C and eta are a, b, c and eta (docs/trust/published.md). The fitted indices
+//! reach 100, far above any dielectric: F is then nearly constant and eta is merely a scale. `--bounds eta=1.0001..100` admits
+//! them.
 //!
-//! G is that of v-cavities, F the exact reflectance of a dielectric. The paper prints no pi below the lobe, its supplement's
-//! fits carry it, and so does this model. S is not normalised: a is pi/(4 N) of the ks of
-//! `lambert + cook-torrance(d=abc, g=v-cavity, f=dielectric)`, with the N of that distribution. Where b (1 - n.h) is large
-//! throughout, a and b have only a b^-c determined. Reciprocal, finite at grazing.
+//! G is that of v-cavities, F the exact reflectance of a dielectric. The paper prints no pi in the denominator of the lobe, but
+//! the fits in its supplement include it, and so does this model. S is not normalised: a is pi/(4 N) times the ks of
+//! `lambert + cook-torrance(d=abc, g=v-cavity, f=dielectric)`, with the N of that distribution. If b (1 - n.h) is large in all
+//! data, only a b^-c is determined, and not a and b. Reciprocal, finite at grazing.
 
 use super::shared::{LOW, base_and_abc};
 use crate::geometry::Geometry;
@@ -36,7 +36,7 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug)]
 pub struct LowMicrofacet;
 
-/// S of b and c.
+/// S for given b and c.
 struct Facets;
 
 impl Kernel for Facets {

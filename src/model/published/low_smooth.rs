@@ -1,4 +1,4 @@
-//! Low's smooth-surface model: scattering by a polished surface, in the directions' projections on it.
+//! Low's smooth-surface model: scattering by a polished surface, in terms of the projections of the directions onto it.
 //!
 //! ```text
 //! f = kd/pi + a F(mu')/(1 + b |d|^2)^c
@@ -13,15 +13,14 @@
 //! | c | 1 | 0.01..20 | decline of the tail |
 //! | eta | 1 | 1.0001..3 | refractive index, the same in all channels; 1.5 glass and plastic |
 //!
-//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), whose supplement
-//! lists fits of the 100 MERL materials; a row is typed in as printed: A, B, C and eta are a, b, c and eta (docs/trust/published.md). Fitted indices run
-//! up to 9.1 there, far beyond any dielectric: F is then nearly constant and eta but a scale. `--bounds eta=1.0001..10`
-//! admits them.
+//! Low, Kronander, Ynnerman and Unger 2012 (doi:10.1145/2077341.2077350), whose supplement lists fits of the 100 MERL materials.
+//! A row can be entered as printed: A, B, C and eta are a, b, c and eta (docs/trust/published.md). The fitted indices reach 9.1,
+//! far above any dielectric: F is then nearly constant and eta is merely a scale. `--bounds eta=1.0001..10` admits them.
 //!
-//! xy is the projection on the surface and d the deviation from the mirror direction there, in which Rayleigh-Rice theory
-//! writes the scattering of smooth surfaces; the power law is the ABC model of optics. F is the exact reflectance of a dielectric
-//! at mu', the cosine halfway between the two directions. a is f at the mirror direction over F. Where b |d|^2 is large
-//! throughout, a and b have only a b^-c determined. Reciprocal, finite everywhere.
+//! xy is the projection onto the surface, and d is the projected deviation from the mirror direction, on which the scattering of
+//! smooth surfaces depends in Rayleigh-Rice theory; the power law is the ABC model of optics. F is the exact reflectance of a
+//! dielectric at mu', the cosine halfway between the two directions. a is f in the mirror direction divided by F. If b |d|^2 is
+//! large in all data, only a b^-c is determined, and not a and b. Reciprocal, finite everywhere.
 
 use super::shared::{LOW, base_and_abc};
 use crate::geometry::Geometry;
@@ -31,7 +30,7 @@ use crate::model::parts::fresnel::{Constants, DielectricIndex, FresnelReflectanc
 use crate::model::zoo::lambert::Lambert;
 use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Values, Visitor};
 
-/// Scattering by a polished surface, in the directions' projections on it.
+/// Scattering by a polished surface, in terms of the projections of the directions onto it.
 #[derive(Clone, Copy, Debug)]
 pub struct LowSmooth;
 
@@ -70,7 +69,7 @@ impl Kernel for Halfway {
     fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
         let ([xi, yi, zi], [xo, yo, zo]) = (g.wi, g.wo);
         let (x, y): (T::Real, T::Real) = (xi + xo, yi + yo);
-        // 1 - |xy(wi) - xy(wo)|^2/4 of unit vectors as a sum, which keeps its digits where both graze.
+        // 1 - |xy(wi) - xy(wo)|^2/4 of unit vectors, written as a sum, which keeps its digits if both directions are grazing.
         let (across, upward): (T::Real, T::Real) = (x * x + y * y, zi * zi + zo * zo);
         let square: T::Real = across.times(0.25) + upward.times(0.5);
         [index_reflectance(constants, square.sqrt())]

@@ -1,4 +1,4 @@
-//! Models as published tables of fits have them: with the constants, units and parametrisations of their authors.
+//! Models in the form of published tables of fits, with the constants, units and parametrisations of their authors.
 
 pub(super) mod bagher_sgd;
 pub(super) mod cook_torrance_1982;

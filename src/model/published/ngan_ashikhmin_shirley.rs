@@ -11,14 +11,14 @@
 //! | f0 | 1 | 0..1 | reflectance at normal incidence, the same in all channels |
 //! | n | 1 | 0.01..1e6 | exponent; 10 satin, 1000 polished |
 //!
-//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
-//! typed in as printed: its diffuse colour is kd, `albedo` ks, `fresnelReflectance` f0 and `sharpness` n. Their kd and ks are in the unit of the database before the
-//! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
-//! b (docs/trust/published.md).
+//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials. A row of their table can be entered
+//! as printed: its diffuse colour is kd, `albedo` ks, `fresnelReflectance` f0 and `sharpness` n. Their kd and ks are in the unit
+//! of the database before the scales of its three channels are applied: the model multiplies kd and ks by 1, 1.15 and 1.66 in
+//! channels r, g and b (docs/trust/published.md).
 //!
-//! The lobe is that of `ashikhmin-shirley` with nu = nv = n; its base is Lambert's and not the coupled one of the paper
-//! of 2000. ks and f0 are told apart only by directions beyond 60 degrees. Reciprocal; not energy conserving at
-//! grazing, where f grows without bound as 1/max(ci, co); n -> 0 nearly constant.
+//! The lobe is that of `ashikhmin-shirley` with nu = nv = n; its base is Lambert, not the coupled one of the paper of 2000. Only
+//! directions beyond 60 degrees separate ks from f0. Reciprocal; not energy conserving at grazing, where f grows without bound
+//! as 1/max(ci, co); n -> 0 nearly constant.
 
 use super::shared::{NGAN, base_and_scale, shared_f0};
 use crate::math::Scalar;

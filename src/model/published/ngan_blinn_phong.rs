@@ -10,12 +10,12 @@
 //! | ks | unscaled MERL | 0..1000 | scale of the lobe |
 //! | n | 1 | 0.01..1e6 | exponent |
 //!
-//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
-//! typed in as printed: its diffuse colour is kd, `albedo` ks and `sharpness` n. Their kd and ks are in the unit of the database before the
-//! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
-//! b (docs/trust/published.md).
+//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials. A row of their table can be entered
+//! as printed: its diffuse colour is kd, `albedo` ks and `sharpness` n. Their kd and ks are in the unit of the database before
+//! the scales of its three channels are applied: the model multiplies kd and ks by 1, 1.15 and 1.66 in channels r, g and b
+//! (docs/trust/published.md).
 //!
-//! The lobe is that of `blinn-phong`. Reciprocal, finite everywhere; energy conserving for small ks only: a sharp lobe
+//! The lobe is that of `blinn-phong`. Reciprocal, finite everywhere; energy conserving only for small ks, since a sharp lobe
 //! reflects up to 4 ks. n -> 0: constant.
 
 use super::shared::{NGAN, base_and_scale};

@@ -11,17 +11,16 @@
 //! | f0 | 1 | 0..1 | reflectance at normal incidence, the same in all channels |
 //! | m | 1 | 1e-4..1 | roughness: root-mean-square slope |
 //!
-//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
-//! typed in as printed: its diffuse colour is kd, `albedo` ks, `eta` f0 and `roughness` m. Their kd and ks are in the unit of the database before the
-//! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
-//! b (docs/trust/published.md).
+//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials. A row of their table can be entered
+//! as printed: its diffuse colour is kd, `albedo` ks, `eta` f0 and `roughness` m. Their kd and ks are in the unit of the database
+//! before the scales of its three channels are applied: the model multiplies kd and ks by 1, 1.15 and 1.66 in channels r, g and b
+//! (docs/trust/published.md).
 //!
-//! D is Beckmann's distribution with its pi, G that of v-cavities, F Schlick's. The pi under the lobe stands beside the one
-//! in D, a relic of the 1982 paper: ks is pi/4 of the ks of
-//! `lambert + cook-torrance(d=beckmann, g=v-cavity, f=schlick)`, with which the model otherwise agrees.
-//! ks and f0 are told apart only by directions beyond 60 degrees. Reciprocal; energy conserving for ks <= pi/4 and kd = 0 (a mirror's
-//! albedo is 4/pi ks = 1.273 ks, the largest found);
-//! at grazing finite, m -> 0 a mirror.
+//! D is Beckmann's distribution with its pi, G is that of v-cavities, F is Schlick's. The pi in the denominator of the lobe is in
+//! addition to the one in D, a relic of the 1982 paper: ks is pi/4 times the ks of
+//! `lambert + cook-torrance(d=beckmann, g=v-cavity, f=schlick)`, with which the model otherwise agrees. Only directions beyond 60
+//! degrees separate ks from f0. Reciprocal; energy conserving for ks <= pi/4 and kd = 0 (the albedo of a mirror, 4/pi ks =
+//! 1.273 ks, is the largest found); finite at grazing; m -> 0 a mirror.
 
 use super::shared::{NGAN, base_and_scale, shared_f0};
 use crate::math::Scalar;
@@ -61,7 +60,7 @@ impl Model for NganCookTorrance {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 3] {
         let [kd, ks, f0] = amplitudes.take();
-        // The shadowing part has 1/4 where the table has 1/pi.
+        // The shadowing part has 1/4 where the published model has 1/pi.
         let scale = ks.times(4.0 * FRAC_1_PI);
         [kd, scale * f0, scale]
     }

@@ -8,16 +8,16 @@
 //! |---|---|---|---|
 //! | kd | unscaled MERL | 0..2 | albedo of the diffuse base |
 //! | ks | unscaled MERL | 0..1000 | scale of the lobe |
-//! | cxy | 1 | -1..1 | fixed at -1 unless freed: the ratio to cz is what counts |
+//! | cxy | 1 | -1..1 | fixed at -1 unless freed: only the ratio to cz matters |
 //! | cz | 1 | -10..10 | 1 mirror-like, below 1 bent towards grazing |
 //! | n | 1 | 1..1e6 | exponent |
 //!
-//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
-//! typed in as printed: its diffuse colour is kd, `albedo` ks, `sharpness` n, `Cxy` and `Cz` are cxy and cz. Their kd and ks are in the unit of the database before the
-//! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
-//! b (docs/trust/published.md).
+//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials. A row of their table can be entered
+//! as printed: its diffuse colour is kd, `albedo` ks, `sharpness` n, and `Cxy` and `Cz` are cxy and cz. Their kd and ks are in the
+//! unit of the database before the scales of its three channels are applied: the model multiplies kd and ks by 1, 1.15 and 1.66
+//! in channels r, g and b (docs/trust/published.md).
 //!
-//! The lobe is that of `lafortune`, whose head says what is identifiable. Reciprocal, finite everywhere.
+//! The lobe is that of `lafortune`, whose manual says which parameters are identifiable. Reciprocal, finite everywhere.
 
 use super::shared::{NGAN, base_and_scale};
 use crate::math::Scalar;

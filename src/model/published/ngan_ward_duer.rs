@@ -10,13 +10,13 @@
 //! | ks | unscaled MERL | 0..1000 | scale of the lobe |
 //! | m | 1 | 1e-4..1 | roughness |
 //!
-//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials; a row of their table is
-//! typed in as printed: its diffuse colour is kd, `albedo` ks and `roughness` m. Their kd and ks are in the unit of the database before the
-//! scale of its three channels is applied: what is evaluated is kd and ks times 1, 1.15 and 1.66 in channels r, g and
-//! b (docs/trust/published.md).
+//! Ngan, Durand and Matusik 2005 (doi:10.2312/EGWR/EGSR05/117-126) fitted 86 MERL materials. A row of their table can be entered
+//! as printed: its diffuse colour is kd, `albedo` ks and `roughness` m. Their kd and ks are in the unit of the database before
+//! the scales of its three channels are applied: the model multiplies kd and ks by 1, 1.15 and 1.66 in channels r, g and b
+//! (docs/trust/published.md).
 //!
-//! The lobe is that of `ward-duer`, tan that of the half vector's polar angle. Reciprocal; not energy conserving at
-//! grazing, where f grows without bound as 1/(ci co): the largest albedo found up to 89.9 degrees is 44.4 ks; m -> 0 a mirror.
+//! The lobe is that of `ward-duer`, and tan that of the half vector's polar angle. Reciprocal; not energy conserving at grazing,
+//! where f grows without bound as 1/(ci co): the largest albedo found up to 89.9 degrees is 44.4 ks; m -> 0 a mirror.
 
 use super::shared::{NGAN, base_and_scale};
 use crate::math::Scalar;

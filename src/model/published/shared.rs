@@ -1,15 +1,15 @@
-//! What the models of published tables share.
+//! Code shared by the models of published tables.
 
 use crate::model::{ParamSpec, Scale, Sharing, Sharper, Unit};
 
-/// Where the `ngan-...` models come from.
+/// The reference of the `ngan-...` models.
 pub(crate) const NGAN: &str = "Ngan, Durand and Matusik 2005, Experimental Analysis of BRDF Models, \
     doi:10.2312/EGWR/EGSR05/117-126";
-/// Where the `low-...` models come from.
+/// The reference of the `low-...` models.
 pub(crate) const LOW: &str = "Low et al. 2012, BRDF Models for Accurate and Efficient Rendering of Glossy Surfaces, \
     doi:10.1145/2077341.2077350";
 
-/// kd and ks in the unit of the table.
+/// The parameters kd and ks, in the unit of the table.
 pub(crate) fn base_and_scale(unit: Unit) -> Vec<ParamSpec> {
     vec![
         ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2).unit(unit),
@@ -17,13 +17,13 @@ pub(crate) fn base_and_scale(unit: Unit) -> Vec<ParamSpec> {
     ]
 }
 
-/// f0, one for all channels.
+/// The parameter f0, one value for all channels.
 pub(crate) fn shared_f0() -> ParamSpec {
     let f0 = ParamSpec::amplitude("f0", "reflectance at normal incidence", 1.0, 0.05);
     ParamSpec { sharing: Sharing::Shared, ..f0 }
 }
 
-/// kd, a, b and c of the two ABC models.
+/// The parameters kd, a, b and c of the two ABC models.
 pub(crate) fn base_and_abc() -> Vec<ParamSpec> {
     vec![
         ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),

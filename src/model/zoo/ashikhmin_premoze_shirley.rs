@@ -1,13 +1,12 @@
-//! Ashikhmin-Premoze-Shirley: a microfacet lobe made of any density of half vectors, with the shadowing that follows from
-//! it.
+//! Ashikhmin-Premoze-Shirley: a microfacet lobe with any density of half vectors, and the shadowing that follows from it.
 //!
 //! ```text
 //! f = ks p(h) <n.h> F/(4 g(wi) g(wo)),   g(k) = int max(0, h.k) p(h) dh,   <n.h> = g(n),   int p(h) dh = 1
 //! ```
 //!
-//! With D = p/<n.h>, the facets per area of the surface, g(k)/<n.h> is cos(theta_k) over Smith's G1(k): the generator is
-//! `cook-torrance(g=smith-uncorrelated)` with that D, and is evaluated as that. `d` and `f` choose as there, and the
-//! parameters are the same: those of the distribution and of the Fresnel part, and ks.
+//! With D = p/<n.h>, the facets per area of the surface, g(k)/<n.h> is cos(theta_k) divided by Smith's G1(k): the model is
+//! `cook-torrance(g=smith-uncorrelated)` with that D, and is evaluated in that way. The options `d` and `f` and the parameters
+//! are the same as there: those of the distribution and of the Fresnel part, and ks.
 //!
 //! Ashikhmin, Premoze and Shirley 2000, A Microfacet-Based BRDF Generator (doi:10.1145/344779.344814). The paper's
 //! anisotropic densities are `d=...-anisotropic`, its arbitrary ones `d=tabulated`. Reciprocal; energy conserving with F <= 1 and ks

@@ -1,5 +1,4 @@
-//! Ashikhmin-Shirley: an anisotropic Phong lobe over a diffuse base that only what the lobe lets through
-//! can reach.
+//! Ashikhmin-Shirley: an anisotropic Phong lobe over a diffuse base that receives only the light that the lobe transmits.
 //!
 //! With c = n.h, mu = wi.h, s = (1 - mu)^5:
 //!
@@ -15,10 +14,9 @@
 //! | rs | 1 | 0..1 | specular reflectance at normal incidence |
 //! | nu, nv | 1 | 0.01..1e6 | Phong exponents along x and y; 10 satin, 1000 polished |
 //!
-//! At h = n the exponent is 0/0 in print; written as exp((nu hx^2 + nv hy^2) ln(c)/(1 - c^2)) it is 0,
-//! because ln(c)/(1 - c^2) tends to -1/2. At grazing f_s grows without bound, as 1/max(ci, co).
-//! Reciprocal. With rd and rs of 0 and 1 no albedo above 1 was found up to 89.9 degrees for nu = nv, though f grows; other exponents have
-//! not been searched.
+//! At h = n the printed exponent is 0/0; written as exp((nu hx^2 + nv hy^2) ln(c)/(1 - c^2)) it is 0, because ln(c)/(1 - c^2)
+//! tends to -1/2. At grazing f_s grows without bound, as 1/max(ci, co). Reciprocal. With rd and rs of 0 and 1 no albedo above 1
+//! was found up to 89.9 degrees for nu = nv, although f grows; other combinations of exponents have not been searched.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -57,7 +55,7 @@ impl<T: Scalar> Exponents<T> {
     }
 }
 
-/// The lobe without its reflectance and base, the same exponent along x and y.
+/// The lobe without its reflectance and base, with the same exponent along x and y.
 pub(crate) struct IsotropicLobe;
 
 impl Kernel for IsotropicLobe {
@@ -80,7 +78,7 @@ impl Part for IsotropicLobe {
     }
 }
 
-/// An exponent as a parameter.
+/// The declaration of an exponent as a parameter.
 pub(crate) fn exponent(name: &'static str, summary: &'static str) -> ParamSpec {
     ParamSpec::shape(name, summary, (0.01, 1e6), (2.0, 1e5), 30.0, Scale::Log)
 }
@@ -100,7 +98,7 @@ impl Kernel for AshikhminShirley {
     }
 }
 
-/// 1 - (1 - cos/2)^5: what multiplies f0 in Schlick's reflectance at cos/2.
+/// 1 - (1 - cos/2)^5, the factor of f0 in Schlick's reflectance at cos/2.
 #[inline(always)]
 fn diffuse_rise<R: Real>(cos: R) -> R {
     let half: R = cos.times(0.5);

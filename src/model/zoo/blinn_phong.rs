@@ -9,14 +9,13 @@
 //! | ks | 1 | 0..1000 | scale of the lobe |
 //! | n | 1 | 0.01..1e6 | exponent; 10 nearly diffuse, 100 satin, 10 000 polished |
 //!
-//! Blinn 1977 (doi:10.1145/965141.563893); normalised as a distribution of facets, the integral of (n + 2)/(2
-//! pi) c^(n + 1) dwh being 1. This is the convention of the fits that Ngan et al. 2005
-//! (doi:10.2312/EGWR/EGSR05/117-126) published as "Blinn-Phong". The facets of the microfacet models with the
-//! same roughness are `cook-torrance(d=blinn-phong)`, where n = 2/m^2 - 2.
+//! Blinn 1977 (doi:10.1145/965141.563893); normalised as a distribution of facets: the integral of (n + 2)/(2 pi) c^(n + 1) dwh
+//! is 1. This is the convention of the fits that Ngan et al. 2005 (doi:10.2312/EGWR/EGSR05/117-126) published as "Blinn-Phong".
+//! A microfacet model with the same facets is `cook-torrance(d=blinn-phong)`, where n = 2/m^2 - 2.
 //!
-//! ks is no albedo: without the 1/4 of the half vector's Jacobian a sharp lobe reflects 4 ks cos^2(theta),
-//! and any lobe 4 ks (n + 2^(-n/2))/(n + 4) at normal incidence. Reciprocal; energy conserving for ks up to
-//! about 1/4. Finite everywhere, without a rise at grazing; n -> 0: constant.
+//! ks is not an albedo: without the 1/4 of the half vector's Jacobian a sharp lobe reflects 4 ks cos^2(theta), and any lobe
+//! 4 ks (n + 2^(-n/2))/(n + 4) at normal incidence. Reciprocal; energy conserving for ks up to about 1/4. Finite everywhere,
+//! without a rise at grazing. n -> 0: constant.
 
 use super::phong::{Exponent, exponent};
 use crate::geometry::Geometry;

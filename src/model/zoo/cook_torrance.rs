@@ -1,4 +1,4 @@
-//! Cook-Torrance: a rough surface of small mirrors, from exchangeable parts.
+//! Cook-Torrance: a rough surface of small mirrors, composed of exchangeable parts.
 //!
 //! ```text
 //! f = ks F D G/(4 ci co)
@@ -11,15 +11,14 @@
 //! |---|---|---|---|
 //! | m | 1 | 1e-4..1 | roughness: rms slope (Beckmann), alpha (GGX); 0.01 polished, 0.3 satin, 0.7 nearly diffuse |
 //! | ks | 1 | 0..1000 | scale of the lobe; 1 in the physical model, and fixed there unless freed or F is none |
-//! | f0, ...; eta, k | 1 | | of the Fresnel part |
+//! | f0, ...; eta, k | 1 | | parameters of the Fresnel part |
 //!
-//! Departure: Cook and Torrance 1982 print 1/(pi ci co) with D = exp(-tan^2/m^2)/(m^2 cos^4); the 4 is the
-//! Jacobian of the half vector and D is normalised here. A `ks` published in their convention is 4/pi (D
-//! with its pi) or 4 (D without) times smaller than this one.
-//! Grazing: finite with every G but `none`. m -> 0: a mirror, D = 1/(pi m^2) at its peak.
-//! Reciprocal. Energy conserving with ks = 1 and F <= 1, but with g=none, where f grows as 1/(ci co), and with g=smith-rational
-//! for distributions other than Beckmann's: the largest albedos found up to 89.9 degrees are then 286 (ggx, m = 1, 89.9 degrees) and 1.753
-//! (ggx, m = 0.2, 89.9 degrees).
+//! Departure: Cook and Torrance 1982 print 1/(pi ci co) with D = exp(-tan^2/m^2)/(m^2 cos^4). Here the 4 is the Jacobian of the
+//! half vector, and D is normalised. A `ks` published in their convention is smaller than this one by a factor of 4/pi (D with
+//! its pi) or 4 (D without). Finite at grazing with every G except `none`. m -> 0: a mirror, D = 1/(pi m^2) at its peak.
+//! Reciprocal. Energy conserving with ks = 1 and F <= 1, except with g=none, where f grows as 1/(ci co), and with
+//! g=smith-rational for distributions other than Beckmann's: the largest albedos found up to 89.9 degrees are then 286 (ggx,
+//! m = 1, 89.9 degrees) and 1.753 (ggx, m = 0.2, 89.9 degrees).
 
 use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
@@ -35,10 +34,10 @@ pub struct CookTorrance {
     pub(crate) fresnel: Fresnel,
 }
 
-/// The choice of a distribution, for all models that have one.
+/// The option that chooses a distribution, for all models that have one.
 pub(crate) const DISTRIBUTION: ModelOption =
     ModelOption { key: "d", summary: "facet distribution", values: Distribution::names, default: "ggx" };
-/// The choice of a Fresnel term, for all models that have one.
+/// The option that chooses a Fresnel term, for all models that have one.
 pub(crate) const FRESNEL: ModelOption =
     ModelOption { key: "f", summary: "Fresnel reflectance", values: Fresnel::names, default: "schlick" };
 
@@ -71,7 +70,7 @@ impl Model for CookTorrance {
     fn parameters(&self) -> Vec<ParamSpec> {
         let fresnel = self.fresnel.parameters();
         let scale = ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 1.0);
-        // Without a Fresnel term nothing else gives the lobe its strength.
+        // Without a Fresnel term only ks determines the strength of the lobe.
         let scale = if fresnel.is_empty() { scale } else { scale.fixed() };
         [self.distribution.parameters(), fresnel, vec![scale]].concat()
     }

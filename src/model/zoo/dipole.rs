@@ -1,4 +1,4 @@
-//! Dipole: diffuse light that has scattered many times below a smooth surface, without the distance it travelled.
+//! Dipole: diffuse light that has been scattered many times below a smooth surface, ignoring the distance that it travelled.
 //!
 //! With the Fresnel transmittance Ft = 1 - F(eta) of an exact dielectric, ci = n.wi, co = n.wo:
 //!
@@ -14,16 +14,16 @@
 //! | eta | 1 | 1.05..3 | refractive index; fixed at 1.5 unless freed |
 //!
 //! Jensen, Marschner, Levoy and Hanrahan 2001, A Practical Model for Subsurface Light Transport, section 2.4,
-//! doi:10.1145/383259.383319; Fdr after Egan and Hilgeman 1973, for eta more than 1 only. The bound on albedo_prime stays
-//! below 1, where Rd has an infinite slope and a fit that came there could not leave; Rd is 0.994 there.
+//! doi:10.1145/383259.383319; Fdr after Egan and Hilgeman 1973, only for eta above 1. The upper bound of albedo_prime is below
+//! 1, where Rd has an infinite slope and a fit would get stuck; at the bound Rd is 0.994.
 //!
-//! In a BRDF Rd is one number per channel, and albedo_prime another way to write it: beside `lambert` it is not
-//! determined. Because Rd depends on eta too, which the basis function has to know, both are shapes; albedo_prime is one
-//! value per channel.
+//! In a BRDF Rd is one number per channel, and albedo_prime is another way to write it: together with `lambert` it is not
+//! determined. Because Rd also depends on eta, on which the basis function depends, both are shapes; albedo_prime has one value
+//! per channel.
 //!
-//! Reciprocal. Energy conserving, with something to spare: the two Ft multiply Rd, which already counts what the surface throws
-//! back inside, so that even at Rd = 1 light is lost (at eta = 1.5 the diffuse light that comes out is 0.908 Ft(ci) Rd).
-//! At grazing Ft and f go to 0.
+//! Reciprocal. Energy conserving, with a margin: the two Ft multiply Rd, which already includes the light that the surface
+//! reflects back inside, so that light is lost even at Rd = 1 (at eta = 1.5 the diffuse light that comes out is
+//! 0.908 Ft(ci) Rd). At grazing Ft and f go to 0.
 
 use crate::geometry::Geometry;
 use crate::math::Scalar;
@@ -40,7 +40,7 @@ fn diffuse_reflectance<T: Scalar>(albedo_prime: T, eta: T) -> T {
     let inverse: T = eta.recip();
     let fdr: T = (inverse * inverse).times(-1.440) + inverse.times(0.710) + eta.times(0.0636).plus(0.668);
     let a: T = fdr.plus(1.0) / (-fdr).plus(1.0);
-    // The floor keeps the root's infinite slope away where nothing is absorbed.
+    // Without absorption the root would have an infinite slope, which the floor avoids.
     let absorbed: T = (-albedo_prime).plus(1.0).times(3.0);
     let floor = T::constant(1e-30);
     let w: T =
@@ -48,7 +48,7 @@ fn diffuse_reflectance<T: Scalar>(albedo_prime: T, eta: T) -> T {
     albedo_prime.times(0.5) * (a * w).times(-4.0 / 3.0).exp().plus(1.0) * (-w).exp()
 }
 
-/// Rd/pi: the same at all angles, so that a block evaluates it once where it can.
+/// Rd/pi. It is the same at all angles, so it is evaluated once per block if possible.
 struct Reflectance;
 
 impl Kernel for Reflectance {
@@ -72,7 +72,7 @@ impl Part for Reflectance {
     }
 }
 
-/// Ft(ci) Ft(co): the same for all channels.
+/// Ft(ci) Ft(co), which is the same for all channels.
 struct Transmittance;
 
 impl Kernel for Transmittance {
@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// The published check: what comes out at eta = 1.5 is 0.908 Ft(ci) Rd, and 0.908 = 1 - 0.092.
+    /// The published check: the light that comes out at eta = 1.5 is 0.908 Ft(ci) Rd, and 0.908 = 1 - 0.092.
     #[test]
     fn what_comes_out() {
         let rule = GaussLegendre::new(64);

@@ -21,15 +21,16 @@
 //! | subsurface, sheen, clearcoat | 1 | 0..1 | shared; fixed at 0 unless freed |
 //! | roughness | 1 | 0.032..1 | its square is the highlight's m |
 //! | anisotropic | 1 | 0..1 | fixed at 0 unless freed |
-//! | clearcoat_gloss | 1 | 0..1 | fixed at 1 unless freed; of no effect without a coat |
+//! | clearcoat_gloss | 1 | 0..1 | fixed at 1 unless freed; has no effect without a coat |
 //!
-//! Burley 2012, Physically Based Shading at Disney, SIGGRAPH 2012 course notes, with the code of Disney's BRDF Explorer for
-//! what the notes leave open: its G is over 4 ci co for both lobes, and the coat's 1/4 comes on top.
+//! Burley 2012, Physically Based Shading at Disney, SIGGRAPH 2012 course notes, and the code of Disney's BRDF Explorer where
+//! the notes are incomplete: there G is divided by 4 ci co for both lobes, and the 1/4 of the coat is an additional factor.
 //!
-//! Departures: the tints of specular and sheen mix the channels and are left out (0). The lower bound of roughness stands in
-//! for the code's floor of 0.001 under mx and my. One channel does not tell base, metallic and specular apart: with specular
-//! fixed two figures, the diffuse strength and F0, give the two others. Reciprocal. Not energy conserving for rough surfaces
-//! at grazing, as its diffuse lobe is not: with everything at 1 the largest albedo found up to 89.9 degrees is 1.647, there.
+//! Departures: the tints of specular and sheen mix the channels and are left out (0). The lower bound of roughness replaces the
+//! code's floor of 0.001 under mx and my. A single channel does not determine base, metallic and specular together: with
+//! specular fixed, the diffuse strength and F0 determine the other two. Reciprocal. Not energy conserving for rough surfaces at
+//! grazing, since its diffuse lobe is not: with everything at 1 the largest albedo found up to 89.9 degrees is 1.647, at 89.9
+//! degrees.
 
 use super::disney_diffuse::DisneyDiffuse;
 use crate::geometry::Geometry;
@@ -47,9 +48,9 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Clone, Copy, Debug)]
 pub struct Disney2012;
 
-/// The shape from which the highlight's roughness and anisotropy come.
+/// Index of the first of the shapes that hold the highlight's roughness and anisotropy.
 const ROUGHNESS: usize = 0;
-/// The shape that the coat knows.
+/// Index of the shape of the coat.
 const CLEARCOAT_GLOSS: usize = 2;
 
 /// mx and my of the highlight.
@@ -101,7 +102,7 @@ impl Reshape for CoatShadowing {
     }
 }
 
-/// The shadowing of both lobes, which have each an m of their own for it.
+/// The shadowing of both lobes, each with its own m.
 type Visibility = <SmithUncorrelated as Shadows>::Visibility<Ggx<Isotropic>>;
 
 /// S/pi.
@@ -121,7 +122,7 @@ impl Kernel for Subsurface {
     }
 }
 
-/// 1 + (x - 1) L as x L + (1 - L), L = (1 - cos)^5: towards grazing L is close to 1.
+/// 1 + (x - 1) L with L = (1 - cos)^5, computed as x L + (1 - L), since L is close to 1 towards grazing.
 #[inline(always)]
 fn towards_grazing<T: Scalar>(x: T, cos: T::Real) -> T {
     let [fallen, risen, _] = Schlick::factors::<T::Real>(&[T::Real::literal(0.0); 3], cos, (-cos).plus(1.0));
@@ -213,7 +214,7 @@ impl Model for Disney2012 {
         let one = T::constant(1.0);
         let dielectric = one - metallic;
         let diffuse = dielectric * base;
-        // The 1/4 of the half vector is in the shadowing of both lobes; the coat has one more.
+        // The shadowing of both lobes includes the 1/4 of the half vector; the coat has another 1/4.
         let coat = clearcoat.times(0.25);
         [
             diffuse * (one - subsurface),

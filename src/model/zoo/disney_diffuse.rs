@@ -11,12 +11,12 @@
 //!
 //! Burley 2012, Physically Based Shading at Disney, section 5.3 (course notes of SIGGRAPH 2012,
 //! <https://media.disneyanimation.com/uploads/production/publication_asset/48/asset/s2012_pbs_disney_brdf_notes_v3.pdf>),
-//! drawn from the MERL materials: smooth ones darken at grazing, as light that enters is refracted twice,
-//! rough ones brighten in the direction of the light. r is the parameter "roughness" of the principled model;
-//! its microfacet lobe has m = r^2.
+//! derived from the MERL materials: smooth ones get darker at grazing, since light that enters is refracted twice; rough ones
+//! get brighter in the direction of the light. r is the parameter "roughness" of the principled model; its microfacet lobe has
+//! m = r^2.
 //!
-//! Reciprocal, finite at grazing. Not energy conserving for rough surfaces: r = 1 and kd = 1 reflects more
-//! than it receives, 1.554 at 89.9 degrees, the largest albedo found up to there.
+//! Reciprocal, finite at grazing. Not energy conserving for rough surfaces: with r = 1 and kd = 1 it reflects more than it
+//! receives; the largest albedo found up to 89.9 degrees is 1.554, at 89.9 degrees.
 
 use super::oren_nayar::roughness;
 use crate::geometry::Geometry;

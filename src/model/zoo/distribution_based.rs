@@ -1,24 +1,25 @@
-//! Distribution-based BRDF: a density of half vectors over a denominator that stands for all shadowing.
+//! Distribution-based BRDF: a density of half vectors divided by an expression that replaces all shadowing.
 //!
 //! ```text
 //! f = ks p(h) F/(4 (ci + co - ci co)),   p(h) = D(h) (n.h),   int p(h) dh = 1
 //! ```
 //!
-//! `d` chooses D and `f` the Fresnel part, whose parameters these are, beside ks.
+//! `d` chooses D and `f` the Fresnel part. The parameters are those of the two, and ks.
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
-//! | m, ... | 1 | 1e-4..1 | of the distribution: roughness |
-//! | f0, ... | 1 | | of the Fresnel part |
+//! | m, ... | 1 | 1e-4..1 | parameters of the distribution: roughness |
+//! | f0, ... | 1 | | parameters of the Fresnel part |
 //! | ks | 1 | 0..1000 | scale; fixed at 1 unless freed or F is none |
 //!
-//! Ashikhmin and Premoze 2007, Distribution-based BRDFs (technical report, University of Utah). Their p absorbs all constants; here it is
-//! a density and the 4 is the half vector's Jacobian, so that light along the normal meets the lobe of `cook-torrance`. Measured
-//! back to the light, f gives p directly, as p F(0)/(4 (2 c - c^2)). The denominator rises from 0 at grazing to 1 along the normal; it
-//! knows nothing of the roughness.
+//! Ashikhmin and Premoze 2007, Distribution-based BRDFs (technical report, University of Utah). Their p absorbs all constants;
+//! here it is a density and the 4 is the half vector's Jacobian, so that along the normal the lobe is that of `cook-torrance`.
+//! Measured towards the light, f gives p directly, as p F(0)/(4 (2 c - c^2)). The denominator rises from 0 at grazing to 1 along
+//! the normal; it does not depend on the roughness.
 //!
-//! Reciprocal. At grazing f is finite where one direction grazes, and grows without bound where both do, as 1/(ci + co). Nearly
-//! energy conserving for ks <= 1. A sharp distribution makes a mirror that reflects F cos/(2 - cos): dark at grazing but for F.
+//! Reciprocal. f is finite if one direction is grazing, and grows without bound if both are, as 1/(ci + co). Nearly energy
+//! conserving for ks <= 1. A sharp distribution makes a mirror that reflects F cos/(2 - cos), which is dark at grazing except for
+//! the rise of F.
 
 use super::cook_torrance::{CookTorrance, DISTRIBUTION, FRESNEL};
 use crate::geometry::Geometry;
@@ -28,7 +29,7 @@ use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
 use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Values, Visitor};
 
-/// A density of half vectors over a denominator for all shadowing.
+/// A density of half vectors divided by an expression that replaces all shadowing.
 #[derive(Clone, Copy, Debug)]
 pub struct DistributionBased(CookTorrance);
 
@@ -42,7 +43,7 @@ impl Kernel for Denominator {
     #[inline(always)]
     fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
         let (ci, co) = (g.cos_i(), g.cos_o());
-        // ci + co - ci co without a difference of nearly equal numbers
+        // ci + co - ci co, without a difference of nearly equal numbers.
         let sum: T::Real = ci + co * (-ci).plus(1.0);
         let factor: T::Real = g.cos_h() / sum.times(4.0);
         [T::from_real(factor)]

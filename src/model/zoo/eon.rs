@@ -1,5 +1,4 @@
-//! EON: energy-preserving Oren-Nayar, a rough diffuse surface that gives back what bounces between its
-//! facets.
+//! EON: energy-preserving Oren-Nayar, a rough diffuse surface that includes the light that bounces between its facets.
 //!
 //! With the single bounce f_1 of `oren-nayar(variant=fujii)` at albedo 1 and its directional albedo E:
 //!
@@ -13,15 +12,15 @@
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
-//! | albedo | 1 | 0..1 | of the facets; 1 reflects everything |
-//! | r | 1 | 0..1 | roughness; 0 is Lambert, and so is a small one that data do not tell from it |
+//! | albedo | 1 | 0..1 | albedo of the facets; 1 reflects everything |
+//! | r | 1 | 0..1 | roughness; 0 is Lambert, from which data cannot distinguish a small value |
 //!
 //! Portsmouth, Kutz and Hill 2025, EON: A Practical Energy-Preserving Rough Diffuse BRDF, JCGT 14(1)
-//! (<https://arxiv.org/abs/2410.18026>); the exact G, not its polynomial. 1 - E = A r (k1 - G/pi) and 1 - Ea
-//! = A r (k1 - k2), so that r = 0 is no 0/0, and (s/c)(1 - s^3) = s c (1 + s + s^2)/(1 + s) none at grazing.
+//! (<https://arxiv.org/abs/2410.18026>); with the exact G, not its polynomial. 1 - E = A r (k1 - G/pi) and
+//! 1 - Ea = A r (k1 - k2) avoid 0/0 at r = 0, and (s/c)(1 - s^3) = s c (1 + s + s^2)/(1 + s) avoids it at grazing.
 //!
-//! albedo enters together with r, through b: here it is a shape with a value per channel. Reciprocal; energy
-//! conserving, without loss at albedo 1; finite at grazing. Beyond albedo 1 there is no such surface.
+//! albedo enters together with r, through b; therefore it is a shape here, with a value per channel. Reciprocal; energy
+//! conserving, without loss at albedo 1; finite at grazing. There is no such surface with an albedo above 1.
 
 use super::oren_nayar::{FUJII, SingleBounce, roughness};
 use crate::geometry::Geometry;
@@ -29,11 +28,11 @@ use crate::math::{Real, Scalar};
 use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
-/// A rough diffuse surface that loses nothing.
+/// A rough diffuse surface that preserves energy.
 #[derive(Clone, Copy, Debug)]
 pub struct Eon;
 
-/// k1 - k2, the mean of k1 - G/pi
+/// k1 - k2, which is the mean of k1 - G/pi.
 pub(crate) const MISSING: f64 = FUJII - (2.0 / 3.0 - 28.0 / 15.0 * FRAC_1_PI);
 
 /// Mean albedo of the single bounce, Ea.
@@ -55,7 +54,7 @@ pub struct BouncesOf<T> {
 /// k1 - G/pi
 #[inline(always)]
 fn missing<R: Real>(cos: R, sin2: R) -> R {
-    // By the angle above the horizon a = pi/2 - theta, where both terms vanish towards grazing:
+    // In terms of the angle above the horizon, a = pi/2 - theta, both terms vanish towards grazing:
     // k1 pi - G = (pi/2 - 2/3)(1 - s) + s a + s^2 c - (2/3) s c (1 + s + s^2)/(1 + s)
     let sin: R = sin2.sqrt();
     let above = cos.atan2(sin);
@@ -91,7 +90,7 @@ impl Part for Bounces {
     }
 }
 
-/// What the facets' albedo makes of single and later bounces.
+/// The factors of the single and the later bounces, which depend on the facets' albedo.
 struct Absorption;
 
 impl Kernel for Absorption {
@@ -151,8 +150,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    /// E(mu = 0.5) of the single bounce at r = 0.7, to 30 digits with mpmath from the paper's closed form;
-    /// the form here must agree with it, and both with the integral (tests/physics.rs).
+    /// E(mu = 0.5) of the single bounce at r = 0.7, to 30 digits with mpmath from the paper's closed form. The form used here must
+    /// agree with it, and both with the integral (tests/physics.rs).
     #[test]
     fn single_bounce_albedo() {
         let r = 0.7;

@@ -13,19 +13,19 @@
 //! |---|---|---|---|
 //! | albedo | 1 | 0..1 | single-scattering albedo W = sigma_s/(sigma_s + sigma_a) |
 //! | g | 1 | -0.95..0.95 | mean cosine of scattering, Henyey-Greenstein; 0 isotropic, 0.8 skin or leaves, negative backward |
-//! | tau | 1 | 1e-3..1e3 | optical depth of the layer; 0.1 a haze, 10 as good as infinite |
+//! | tau | 1 | 1e-3..1e3 | optical depth of the layer; 0.1 a haze, 10 practically infinite |
 //! | eta | 1 | 1..3 | refractive index; fixed at 1.5 unless freed |
 //!
 //! Hanrahan and Krueger 1993, Reflection from Layered Surfaces due to Subsurface Scattering, eq. 5,
-//! doi:10.1145/166117.166139. Some texts lack the 1/eta^2 by which radiance falls on its way out; others mix radiance and
-//! BRDF and lose a ci. The single-scattering term alone: what is scattered more often looks diffuse, and is what `lambert` or
-//! `dipole` beside this lobe is for.
+//! doi:10.1145/166117.166139. Some texts omit the 1/eta^2 by which radiance decreases on its way out; others confuse radiance
+//! with BRDF and lose a ci. This is only the single-scattering term. Light that is scattered more often is nearly diffuse; add
+//! `lambert` or `dipole` for it.
 //!
-//! For a thin layer only albedo tau is determined, for a thick one (tau more than about 5) albedo alone. g is told
-//! by the rise towards backward or forward pairs of directions; but refraction keeps both within 42 degrees of the normal at
-//! eta = 1.5, so that c stays below about -0.1, and the three are strongly correlated: data without noise determine them,
-//! but where f is of the size of the noise one of them ends at a bound. Fix what is known. With much forward scattering (g
-//! above 0.3) little comes back after one scattering.
+//! For a thin layer only the product albedo tau is determined, for a thick one (tau above about 5) only albedo. g is determined
+//! by the rise towards backward or forward pairs of directions. But refraction keeps both directions within 42 degrees of the
+//! normal at eta = 1.5, so that c stays below about -0.1, and the three are strongly correlated: data without noise determine
+//! them, but if f is no larger than the noise one of them ends at a bound. Fix what is known. With strong forward scattering
+//! (g above 0.3) little light comes back after one scattering.
 //!
 //! Reciprocal and energy conserving. Finite at grazing for eta > 1, since ci' + co' is at least 2 sqrt(1 - 1/eta^2);
 //! at eta = 1 it grows as 1/(ci + co).
@@ -41,7 +41,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct HanrahanKrueger;
 
-/// What depends on the shapes alone.
+/// Quantities that depend only on the shapes.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<T: Scalar> {
     /// |g|, the sign of g, and (1 - |g|)^2.
@@ -71,7 +71,7 @@ impl Kernel for HanrahanKrueger {
         let product: T = inside_i * inside_o;
 
         // Henyey and Greenstein's phase function: 1 + g^2 + 2 g wi'.wo' = (1 - |g|)^2 + |g| |wi' + sign(g) wo'|^2, whose
-        // terms are positive where the other sum cancels.
+        // terms are positive, while those of the other sum cancel.
         let ([ix, iy, _], [ox, oy, _]) = (g.wi, g.wo);
         let (x, y): (T::Real, T::Real) = (ix + l.sign_g * ox, iy + l.sign_g * oy);
         let across: T::Real = x * x + y * y;
@@ -106,7 +106,7 @@ impl Part for HanrahanKrueger {
             norm: (rest_g * size_g.plus(1.0)).times(0.25 / PI) * bend,
             tau,
             bend,
-            // Of an index close to 1 the difference of squares would keep few digits.
+            // For an index close to 1 the difference of squares would keep few digits.
             rest: eta.plus(-1.0) * eta.plus(1.0) * bend,
             surface: index_constants(eta),
         }
@@ -168,8 +168,8 @@ mod tests {
         0.5 * (s * s + p * p)
     }
 
-    /// The layer cut into slices: each is lit by the refracted beam as far as it has come, and scatters towards the viewer
-    /// what then gets out.
+    /// Compares with a layer cut into slices: each receives the attenuated refracted beam, and scatters light towards the viewer,
+    /// part of which gets out.
     #[test]
     fn is_the_sum_over_depth() {
         let rule = GaussLegendre::new(40);
@@ -182,7 +182,7 @@ mod tests {
                 let (wi, wo) = (inside(theta_i, 0.0), inside(theta_o, phi));
                 let cos = (-wi).dot(wo);
                 let phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5));
-                // Unit irradiance on the surface: what gets in, per area across the beam.
+                // For unit irradiance on the surface: the light that enters, per area across the beam.
                 let beam = (1.0 - fresnel(eta, theta_i)) / wi.z;
                 let slice = |t: f64| beam * (-t / wi.z).exp() * phase * (-t / wo.z).exp() / wo.z;
                 let depths: Vec<f64> = (0..=8).map(|k| tau * f64::from(k) / 8.0).collect();
@@ -193,8 +193,8 @@ mod tests {
         }
     }
 
-    /// Photons followed from outside to outside: how many leave after one scattering, in rings of the viewing angle.
-    /// They know nothing of 1/eta^2, which the refraction of their solid angle must bring about.
+    /// Follows photons from outside to outside and counts those that leave after one scattering, in rings of the viewing angle.
+    /// The simulation does not contain 1/eta^2, which must result from the refraction of the solid angle.
     #[test]
     fn agrees_with_a_monte_carlo_simulation() {
         const PHOTONS: u32 = 400_000;
@@ -213,7 +213,7 @@ mod tests {
                 continue;
             }
             let out = direction((1.0 - 2.0 * rng.random::<f64>()).acos(), TAU * rng.random::<f64>());
-            // Upwards, and not reflected back for good by the surface.
+            // The photon goes up and is not totally reflected by the surface.
             let sin = eta * out.z.acos().sin();
             if out.z <= 0.0 || sin >= 1.0 {
                 continue;
@@ -241,8 +241,8 @@ mod tests {
         }
     }
 
-    /// A thin layer scatters in proportion to tau, wherever it is seen from: f ci' co' = tau p T T/eta^2. A thick
-    /// one is a half space: f (ci' + co') = p T T/eta^2.
+    /// A thin layer scatters in proportion to tau in all directions: f ci' co' = tau p T T/eta^2. A thick one is a half space:
+    /// f (ci' + co') = p T T/eta^2.
     #[test]
     fn thin_and_thick() {
         let (eta, g) = (1.5_f64, 0.3_f64);

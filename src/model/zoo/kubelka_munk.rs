@@ -1,4 +1,4 @@
-//! Kubelka-Munk: the diffuse reflectance of paint by what its pigment absorbs and scatters.
+//! Kubelka-Munk: the diffuse reflectance of paint, from the absorption and scattering of its pigment.
 //!
 //! ```text
 //! f = (1 - k1)(1 - k2) R/(1 - k2 R)/pi
@@ -12,25 +12,25 @@
 //! | kx | film | 1 | 1e-6..1e4 | absorption times thickness, K X |
 //! | sx | film | 1 | 0..1e4 | scattering times thickness, S X; fixed at 1 unless freed |
 //! | rg | film | 1 | 0..1 | reflectance of the background, Rg; fixed at 1 unless freed |
-//! | k1 | both | 1 | 0..0.99 | what the surface reflects of light from outside; fixed at 0 unless freed |
-//! | k2 | both | 1 | 0..0.99 | what it reflects of diffuse light from inside; fixed at 0 unless freed |
+//! | k1 | both | 1 | 0..0.99 | share of light from outside that the surface reflects; fixed at 0 unless freed |
+//! | k2 | both | 1 | 0..0.99 | share of diffuse light from inside that it reflects; fixed at 0 unless freed |
 //!
 //! Kubelka and Munk 1931; Kubelka 1948, doi:10.1364/JOSA.38.000448; k1 and k2: Saunderson 1942,
 //! doi:10.1364/JOSA.32.000727. The formulas for layers are in [`paint_layers`](crate::model::parts::paint_layers); `brdfit kubelka-munk` fits K and S to
 //! reflectances over known backings (docs/use/kubelka-munk.md).
 //!
-//! A BRDF knows one number of all this, the albedo: each parameter alone is another way to write `lambert.kd`, and two
-//! free at once are not determined, which the fit says. So one per channel is free, in the logarithm, since K/S
-//! spans decades; the others are fixed unless freed, and worth fixing at values known from elsewhere (`--fix sx=3 rg=0.8`).
-//! rg = 1 by default because then some KX gives every albedo from 0 to 1, whatever SX is.
+//! A BRDF determines only one number of all these, the albedo: each parameter alone is another way to write `lambert.kd`, and
+//! two free at once are not determined, which the fit reports. So one per channel is free, on a logarithmic scale, since K/S
+//! spans decades. The others are fixed unless freed; fix them at values that are known from elsewhere
+//! (`--fix sx=3 --fix rg=0.8`). rg is 1 by default because then every albedo from 0 to 1 belongs to some KX, whatever SX is.
 //!
-//! Departures: Saunderson's k1, the surface's own reflection, is left out, because it is not diffuse: it belongs to a
-//! specular lobe beside this one (`kubelka-munk + cook-torrance`); its loss, 1 - k1, stays. k1 and k2 are 0 by default, so that
-//! K/S is that of the reflectance as seen, as tables of K/S = (1 - R)^2/(2R) have it; for the pigment below a glossy
-//! surface of index 1.5, `--fix k1=0.04 k2=0.596`, which makes K/S of a grey that reflects 0.2 0.3 times that. The
-//! scattering is isotropic in K and S: they are not the coefficients sigma_a, sigma_s of a transport equation.
+//! Departures: Saunderson's k1 itself, the reflection at the surface, is left out, because it is not diffuse: it belongs to a
+//! specular lobe that is added to this one (`kubelka-munk + cook-torrance`); the corresponding loss, 1 - k1, stays. k1 and k2
+//! are 0 by default, so that K/S is that of the visible reflectance, as in tables of K/S = (1 - R)^2/(2R). For the pigment
+//! below a glossy surface of index 1.5 use `--fix k1=0.04 --fix k2=0.596`; for a grey that reflects 0.2, K/S is then 0.3 times
+//! as large. K and S assume isotropic scattering: they are not the coefficients sigma_a, sigma_s of a transport equation.
 //!
-//! Reciprocal, and energy conserving: R is at most 1. The same at all angles, grazing included.
+//! Reciprocal, and energy conserving, since R is at most 1. The same at all angles, including grazing.
 
 use crate::geometry::Geometry;
 use crate::math::Scalar;

@@ -1,4 +1,4 @@
-//! Lafortune: a cosine power about a direction of choice, the lobe that a linear map of wi points at.
+//! Lafortune: a cosine power about a direction that is a linear map of wi.
 //!
 //! ```text
 //! q = (cx xi xo + cy yi yo + cz zi zo)/N,   N = max(|cx|, |cy|, |cz|)
@@ -11,32 +11,30 @@
 //! |---|---|---|---|
 //! | ks | 1 | 0..1000 | scale of the lobe; the albedo at normal incidence if abs(cz) = N |
 //! | cxy; cx | 1 | -1..1 | fixed at -1 unless freed: forward; 1 is backward, towards the light |
-//! | cy | 1 | -10..10 | shape=anisotropic; cx on data that do not know the half vector's azimuth |
+//! | cy | 1 | -10..10 | shape=anisotropic; equal to cx on data without the azimuth of the half vector |
 //! | cz | 1 | -10..10 | 1 mirror-like, below 1 bent towards grazing, above 1 towards the normal |
 //! | n | 1 | 1..1e6 | exponent |
 //!
-//! Lafortune, Foo, Torrance and Greenberg 1997, eq. 7 and 8 (doi:10.1145/258734.258801), with the
-//! normalisation of Ngan et al. 2005 (doi:10.2312/EGWR/EGSR05/117-126): ks here is their published albedo,
-//! and their Cxy, Cz and n are typed in as printed, though each is some 0.577. Divided by N the cosine stays
-//! below 1; n-th powers apart would underflow.
+//! Lafortune, Foo, Torrance and Greenberg 1997, eq. 7 and 8 (doi:10.1145/258734.258801), with the normalisation of Ngan et al.
+//! 2005 (doi:10.2312/EGWR/EGSR05/117-126): ks here is their published albedo, and their Cxy, Cz and n can be entered as printed,
+//! although each C is about 0.577. Division by N keeps the cosine below 1; separate n-th powers of cosine and N would underflow.
 //!
-//! What is identifiable: doubling cx, cy and cz changes nothing, only their ratios have a meaning. One of
-//! them, the forward one, is therefore fixed at -1; to bend a lobe beyond what |cz| <= 10 allows, or to fit a
-//! retro-reflective one, set it with --fix cxy=1, or fix cz and free cxy. All three free have no standard
-//! errors. A lobe that is bent and sharp, n |1 - |cz/cxy|| beyond some 20, peaks only where directions are
-//! not measured, and is not identifiable either. Where abs(cz) passes N the derivative of f with respect to
-//! cz jumps by a multiple of f, which ks makes good: the fit goes across. n below 1 is excluded because f
-//! would have infinite slopes where q reaches 0; a lobe as wide as that is Lambert's.
+//! Identifiability: doubling cx, cy and cz changes nothing; only their ratios matter. One of them, the forward one, is therefore
+//! fixed at -1. To bend a lobe more than |cz| <= 10 allows, or to fit a retro-reflective one, set it with --fix cxy=1, or fix cz
+//! and free cxy. With all three free there are no standard errors. A lobe that is bent and sharp, with n |1 - |cz/cxy|| above
+//! about 20, peaks only where directions are not measured, and is not identifiable either. Where abs(cz) passes N, the
+//! derivative of f with respect to cz jumps by a multiple of f, which ks compensates, so the fit can pass this point. n below 1
+//! is excluded because f would have infinite slopes where q reaches 0; for a lobe as wide as that use Lambert.
 //!
-//! Reciprocal; finite at grazing; energy conserving for ks <= 1 and abs(cz) = N. It has no Fresnel rise but
-//! what a lobe bent towards grazing imitates.
+//! Reciprocal; finite at grazing; energy conserving for ks <= 1 and abs(cz) = N. It has no Fresnel rise, although a lobe bent
+//! towards grazing can imitate one.
 
 use super::phong::{Exponent, ln_of_both};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Sharper, Values, Visitor};
 
-/// A cosine power about a direction of choice.
+/// A cosine power about a direction that is a linear map of wi.
 #[derive(Clone, Copy, Debug)]
 pub struct Lafortune {
     anisotropic: bool,
@@ -46,7 +44,7 @@ pub struct Lafortune {
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe<T: Scalar> {
     weights: [T; 3],
-    /// Of each: its sign, its size, and 1 less that.
+    /// For each weight: its sign, its size, and 1 minus its size.
     sizes: [[T::Real; 3]; 3],
     exponent: Exponent<T>,
 }
@@ -56,11 +54,11 @@ impl<T: Scalar> Lobe<T> {
         let zero = T::Real::literal(0.0);
         let size = |c: T| T::if_less(c.value(), zero, -c, c);
         let greatest = |a: T, b: T| T::if_less(a.value(), b.value(), b, a);
-        // All weights 0 are no lobe; any N will do then.
+        // If all weights are 0 there is no lobe, and any N will do.
         let largest = weights.map(size).into_iter().fold(T::constant(f64::MIN_POSITIVE), greatest);
         let sizes = weights.map(|c| {
             let sign = T::Real::if_less(c.value(), zero, T::Real::literal(-1.0), T::Real::literal(1.0));
-            // 1 less the largest is exactly 0.
+            // For the largest weight this is exactly 0.
             let rest: T = (largest - size(c)) / largest;
             let relative: T = size(c) / largest;
             [sign, relative.value(), rest.value()]
@@ -78,17 +76,17 @@ impl<T: Scalar> Lobe<T> {
         // 1 - c i o = (1 - |c|)(i^2 + o^2)/2 + |c| (i - sign(c) o)^2/2, summed over x, y and z.
         let [of_x, of_y, of_z] = self.sizes;
         let away: T::Real = (apart(of_x, xi, xo) + apart(of_y, yi, yo) + apart(of_z, zi, zo)).times(0.5);
-        // From here on f has no digits left even for n = 1, and below it 1/q would overflow.
+        // Below this f has no digits left even for n = 1, and 1/q would overflow.
         let least = T::Real::literal(1e-30);
         let positive = T::if_less(least, q.value(), q, T::from_real(least));
         let at: T::Real = positive.value();
-        // A difference of 0 carries the derivative.
+        // The derivative is attached by adding a difference whose value is 0.
         let ln_q = (positive - at) * at.recip() + ln_of_both(at, away);
         T::if_less(least, q.value(), self.exponent.power(ln_q), T::constant(0.0))
     }
 }
 
-/// One term of 1 - q, from the sign of a weight, its size, and what the size leaves to 1.
+/// One term of 1 - q, from the sign of a weight, its size, and 1 minus its size.
 #[inline(always)]
 fn apart<R: Real>([sign, size, rest]: [R; 3], i: R, o: R) -> R {
     let difference: R = i - sign * o;
@@ -96,7 +94,7 @@ fn apart<R: Real>([sign, size, rest]: [R; 3], i: R, o: R) -> R {
     size * (difference * difference) + rest * both
 }
 
-/// With one weight for x and y.
+/// The lobe with one weight for x and y.
 pub(crate) struct Isotropic;
 
 impl Kernel for Isotropic {
@@ -119,7 +117,7 @@ impl Part for Isotropic {
     }
 }
 
-/// With one for each.
+/// The lobe with a weight each for x and y.
 struct Anisotropic;
 
 impl Kernel for Anisotropic {

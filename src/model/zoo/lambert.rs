@@ -35,7 +35,7 @@ impl Part for Lambert {
 }
 
 impl Lambert {
-    /// Shows the base of a complete model, kd/pi, as its first product.
+    /// Passes kd/pi, the base of a complete model, to `visitor` as the first product.
     pub(crate) fn show_as_base(visitor: &mut impl Visitor) {
         visitor.part::<Self>(0);
         visitor.next_term();

@@ -1,4 +1,4 @@
-//! The models, one file each. The head of a file is the manual of its model; docs/use/models.md is made from it.
+//! The models, one file each. The head of a file is the manual of its model; docs/use/models.md is generated from the heads.
 
 pub(super) mod ashikhmin_premoze_shirley;
 pub(super) mod ashikhmin_shirley;

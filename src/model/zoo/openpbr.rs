@@ -15,35 +15,36 @@
 //! |---|---|---|---|
 //! | base_color | 1 | 0..1 | albedo of the diffuse body, f0 of the metal |
 //! | base_metalness | 1 | 0..1 | M, shared by the channels; 0 in `base=dielectric`, 1 in `base=metal` |
-//! | base_diffuse_roughness | 1 | 0..1 | of the body; 0 is Lambert, and so is a small one that data do not tell from it |
+//! | base_diffuse_roughness | 1 | 0..1 | roughness of the body; 0 is Lambert, from which data cannot distinguish a small value |
 //! | specular_roughness | 1 | 0.01..1 | r; r^2 is the m of other models, r = sqrt(m) |
 //! | specular_roughness_anisotropy | 1 | 0..0.99 | a; fixed at 0 unless freed |
 //! | specular_ior | 1 | 1..3 | refractive index, the same for all channels; in `base=mixed` fixed at 1.5 unless freed |
-//! | specular_color | 1 | 0..1 | reflectance of the metal at 82 degrees relative to Schlick's; tint of the dielectric's highlight, which no real one has. Fixed at 1 unless freed, but free in `base=metal` |
+//! | specular_color | 1 | 0..1 | reflectance of the metal at 82 degrees relative to Schlick's; tint of the dielectric's highlight, which real dielectrics do not have. Fixed at 1 unless freed, but free in `base=metal` |
 //!
-//! Academy Software Foundation 2024, OpenPBR Surface, version 1.1 (<https://academysoftwarefoundation.github.io/OpenPBR/>): its
-//! parameters by their names, so that what is fitted can be typed into a renderer. This is the base with its specular parameters;
-//! coat, fuzz, thin film, transmission, subsurface and emission are not in it. Merged: base_weight is a factor of base_color;
-//! specular_weight of a dielectric is another specular_ior, eta' = (1 + q)/(1 - q), q = sqrt(weight) (eta - 1)/(eta + 1). Left out:
-//! specular_weight of a metal (1), and indices below that of the surroundings.
+//! Academy Software Foundation 2024, OpenPBR Surface, version 1.1 (<https://academysoftwarefoundation.github.io/OpenPBR/>). The
+//! parameters have the names of the specification, so that fitted values can be entered into a renderer. This is the base with
+//! its specular parameters, without coat, fuzz, thin film, transmission, subsurface and emission. Merged: base_weight is a factor
+//! of base_color; specular_weight of a dielectric is equivalent to another specular_ior, eta' = (1 + q)/(1 - q),
+//! q = sqrt(weight) (eta - 1)/(eta + 1). Left out: specular_weight of a metal (1), and indices below that of the surroundings.
 //!
-//! Departures. The specification's main form multiplies f_d by 1 - E(co) alone and is not reciprocal; this is the
-//! reciprocal one that it offers besides, after Kelemen and Szirmay-Kalos 2001, with 1/(1 - Ea) for its factor of normalisation: the
-//! reflectance of a Lambertian body seen from any direction is the same in both, E + base_color (1 - E). E is integrated whenever the
-//! shapes change (0.2 ms, with derivatives 0.5 ms) and met to 3e-5 up to 85 degrees, to 2e-4 up to 89; beyond, to 1e-3 for m = 1e-3. Below an
-//! anisotropic surface it is taken from the isotropic one with the same mx my, as renderers do. EON's albedo enters
-//! through b = albedo^2 Ea/(1 - albedo (1 - Ea)), which is not a sum of products of a function of the colour and one of the roughness;
-//! interpolation in 1 - Ea at five nodes makes it one, to 3e-8.
+//! Departures: the main form of the specification multiplies f_d only by 1 - E(co) and is not reciprocal. This is the reciprocal
+//! alternative that it offers, after Kelemen and Szirmay-Kalos 2001, with 1/(1 - Ea) as its normalisation: the reflectance of a
+//! Lambertian body seen from any direction is the same in both, E + base_color (1 - E). E is integrated whenever the shapes
+//! change (0.2 ms, with derivatives 0.5 ms) and is accurate to 3e-5 up to 85 degrees, and to 2e-4 up to 89; beyond, to 1e-3 for
+//! m = 1e-3. Below an anisotropic surface it is that of the isotropic surface with the same mx my, as in renderers. EON's albedo
+//! enters through b = albedo^2 Ea/(1 - albedo (1 - Ea)), which is not a sum of products of a function of the colour and one of
+//! the roughness; interpolation in 1 - Ea at five nodes makes it one, with an error of 3e-8.
 //!
-//! What data tell apart: in one channel the diffuse strength (1 - M) base_color and one reflectance at normal incidence. Hence M or
-//! specular_ior, not both: `base=mixed` fits M, as `disney-2012` does, `base=dielectric` the index. Of several channels with
-//! different colours a fit can tell both (`--free specular_ior`). M strictly between 0 and 1 is a mixture of two materials: where
-//! one of the ends fits as well, it is the answer.
+//! Identifiability: one channel determines the diffuse strength (1 - M) base_color and one reflectance at normal incidence. So it
+//! determines M or specular_ior, but not both: `base=mixed` fits M, as `disney-2012` does, `base=dielectric` the index. Several
+//! channels with different colours can determine both (`--free specular_ior`). M strictly between 0 and 1 is a mixture of two
+//! materials; if M = 0 or M = 1 fits as well, prefer that.
 //!
-//! Reciprocal, finite at grazing. A white Lambertian body below an isotropic surface reflects all that it receives, to 2e-5. Together with
-//! base_diffuse_roughness it reflects up to 0.6 % more at normal incidence (the largest albedo found with the parameters of tests/health.rs is 1.0024) and 2 % less at 85 degrees; below an anisotropic surface
-//! it is off by up to 7 % at 70 degrees, and at 85 by 6 % for a = 0.5, 20 % for a = 0.9, too bright across the smoother direction.
-//! Metal loses what is scattered more than once.
+//! Reciprocal, finite at grazing. A white Lambertian body below an isotropic surface reflects all that it receives, to 2e-5. With
+//! base_diffuse_roughness it reflects up to 0.6 % more at normal incidence (the largest albedo found with the parameters of
+//! tests/health.rs is 1.0024) and 2 % less at 85 degrees. Below an anisotropic surface it is off by up to 7 % at 70 degrees, and
+//! at 85 by 6 % for a = 0.5 and 20 % for a = 0.9; it is too bright across the smoother direction. Metal loses the light that is
+//! scattered more than once.
 
 use super::eon::{Bounces, BouncesOf, MISSING, mean_albedo};
 use super::oren_nayar::FUJII;
@@ -75,11 +76,11 @@ enum Base {
     Metal,
 }
 
-/// The shape from which the surface's roughness and anisotropy come.
+/// Index of the first of the shapes that hold the surface's roughness and anisotropy.
 const ROUGHNESS: usize = 0;
-/// The surface's index of refraction among the shapes.
+/// Index of the shape that is the surface's index of refraction.
 const IOR: usize = 2;
-/// The body's roughness among the shapes.
+/// Index of the shape that is the body's roughness.
 const DIFFUSE_ROUGHNESS: usize = 3;
 
 /// mx and my of the surface.
@@ -96,13 +97,13 @@ impl Reshape for Surface {
     }
 }
 
-/// Shows D G/(4 ci co) of the surface.
+/// Passes D G/(4 ci co) of the surface to `visitor`.
 fn show_surface(visitor: &mut impl Visitor) {
     visitor.part::<Reshaped<Density<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
     visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
 }
 
-/// m and eta of the surface in the eyes of what is below.
+/// m and eta of the surface, as used for the transmission to the body below.
 struct FromBelow;
 
 impl Reshape for FromBelow {
@@ -115,10 +116,10 @@ impl Reshape for FromBelow {
     }
 }
 
-/// Nodes of the interpolation in 1 - Ea.
+/// Number of nodes of the interpolation in 1 - Ea.
 const NODES: usize = 5;
 
-/// Chebyshev's, from 0 to what 1 - Ea is at roughness 1.
+/// Chebyshev nodes from 0 to the value of 1 - Ea at roughness 1.
 fn nodes() -> [f64; NODES] {
     std::array::from_fn(|j| {
         let angle = PI * (count(j) + 0.5) / count(NODES);
@@ -126,7 +127,7 @@ fn nodes() -> [f64; NODES] {
     })
 }
 
-/// EON's single bounce at albedo 1, and its later bounces times each of Lagrange's polynomials in 1 - Ea.
+/// EON's single bounce at albedo 1, and its later bounces times each of the Lagrange polynomials in 1 - Ea.
 struct Body;
 
 impl Kernel for Body {
@@ -160,7 +161,7 @@ impl Part for Body {
     }
 }
 
-/// EON's albedo, and what it makes of the later bounces at each node.
+/// EON's albedo, and the corresponding factor of the later bounces at each node.
 fn body_coefficients<T: Scalar>(albedo: T) -> [T; 1 + NODES] {
     let [a, b, c, d, e] =
         nodes().map(|missing| (albedo * albedo).times(1.0 - missing) / (-albedo.times(missing)).plus(1.0));
@@ -257,7 +258,7 @@ impl Model for Openpbr {
 mod tests {
     use super::*;
 
-    /// The interpolated b of EON against its formula, for all albedos and roughnesses.
+    /// The interpolated b of EON agrees with its formula, for all albedos and roughnesses.
     #[test]
     fn later_bounces_are_those_of_eon() {
         let mut worst = 0.0_f64;
@@ -271,7 +272,7 @@ mod tests {
                 worst = worst.max((found - exact).abs());
             }
         }
-        // Largest near albedo 1, where b is 1.
+        // The error is largest near albedo 1, where b is 1.
         assert!(worst < 3e-8, "{worst:e}");
     }
 }

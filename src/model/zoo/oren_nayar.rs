@@ -17,16 +17,16 @@
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
-//! | albedo | 1 | 0..2 | of the facets, not of the surface |
+//! | albedo | 1 | 0..2 | albedo of the facets, not of the surface |
 //! | sigma | deg | 0..90 | standard deviation of the facets' angle; 10 smooth plaster, 40 clay or sand |
-//! | r | 1 | 0..1 | roughness of `fujii`, in place of sigma; like sigma in radians where it is small |
+//! | r | 1 | 0..1 | roughness of `fujii`, instead of sigma; close to sigma in radians if it is small |
 //!
-//! Departure: some texts print 0.57 for 0.33 in the qualitative model, a partial compensation for the dropped
-//! interreflection that the paper offers; 0.33 it is here. At sigma = 0 both are Lambert. All are reciprocal.
-//! Grazing: f stays finite, since tan b multiplies the *smaller* angle. The full variant can fall below zero,
-//! and reflect more than it receives, close to grazing: it is a fit to a numerical integral. With albedo = 1 the
-//! largest albedo of the surface found up to 89.9 degrees is 1.048 (full, sigma = 20 degrees, 89.9 degrees) and 1.006
-//! (qualitative, sigma = 5 degrees, there too). `fujii` conserves energy, and is never less than nothing.
+//! Departure: some texts print 0.57 instead of 0.33 in the qualitative model, which the paper offers as a partial compensation
+//! for the dropped interreflection; here it is 0.33. At sigma = 0 both are Lambert. All variants are reciprocal. f stays finite
+//! at grazing, since b in tan b is the *smaller* angle. Close to grazing the full variant can be negative, and can reflect more
+//! than it receives: it is a fit to a numerical integral. With albedo = 1 the largest albedo of the surface found up to 89.9
+//! degrees is 1.048 (full, sigma = 20 degrees, 89.9 degrees) and 1.006 (qualitative, sigma = 5 degrees, 89.9 degrees). `fujii`
+//! conserves energy and is never negative.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -43,11 +43,11 @@ pub struct OrenNayar {
 
 #[derive(Clone, Copy, Debug)]
 enum Variant {
-    /// With the interreflection and the third coefficient.
+    /// The full form, with interreflection and the third coefficient.
     Full,
-    /// Without them.
+    /// The qualitative form, without them.
     Qualitative,
-    /// Fujii's.
+    /// Fujii's form.
     Fujii,
 }
 
@@ -73,8 +73,8 @@ impl<T: Scalar> Roughness<T> {
     }
 }
 
-/// What both variants need to know of the geometry: a is the larger polar angle, b the smaller, p the azimuth
-/// between them.
+/// The angles that the full and the qualitative form depend on: a is the larger polar angle, b the smaller, p the azimuth
+/// between the two directions.
 struct Angles<R> {
     sin_a: R,
     cos_a: R,
@@ -94,13 +94,13 @@ impl<R: Real> Angles<R> {
         // The larger angle has the smaller cosine.
         let swap = |at_a: R, at_b: R| R::if_less(cos_i, cos_o, at_a, at_b);
 
-        // cos p from the projected directions; undefined at normal incidence, where tan b = 0 hides it.
+        // cos p from the projected directions. It is undefined at normal incidence, where it is multiplied by tan b = 0.
         let ([ix, iy, _], [ox, oy, _]) = (g.wi, g.wo);
         let (dot, cross): (R, R) = (ix * ox + iy * oy, ix * oy - iy * ox);
         let lengths: R = sin_i * sin_o;
         let (cos_p, sin_p): (R, R) = (dot / lengths, cross / lengths);
         let cos_p = R::if_less(zero, lengths, cos_p, zero).lesser(R::literal(1.0)).greater(R::literal(-1.0));
-        // From the sine, which is exact where tan((a + b)/2) is large and 1 - |cos p| small.
+        // Computed from the sine, which is exact where tan((a + b)/2) is large and 1 - |cos p| small.
         let sideways: R = sin_p * sin_p / cos_p.greater(-cos_p).plus(1.0);
         let sideways = R::if_less(zero, lengths, sideways, R::literal(1.0));
         Self {
@@ -114,7 +114,7 @@ impl<R: Real> Angles<R> {
     }
 }
 
-/// With interreflection.
+/// The full form, with interreflection.
 struct Full;
 
 impl Kernel for Full {
@@ -128,7 +128,7 @@ impl Kernel for Full {
         let zero = T::Real::literal(0.0);
         let tan_b: T::Real = sin_b / cos_b;
 
-        // Angles in units of pi/2, b by what it lacks of it.
+        // Angles in units of pi/2; b is given by its difference from pi/2.
         let a: T::Real = sin_a.atan2(cos_a).times(FRAC_2_PI);
         let above: T::Real = cos_b.atan2(sin_b).times(FRAC_2_PI);
         let b: T::Real = (-above).plus(1.0);
@@ -158,7 +158,7 @@ impl Part for Full {
     }
 }
 
-/// Without.
+/// The qualitative form, without interreflection.
 struct Qualitative;
 
 impl Kernel for Qualitative {
@@ -183,7 +183,7 @@ impl Part for Qualitative {
     }
 }
 
-/// FON at an albedo of 1, roughness `r`, and the factors that it shares with what bounces.
+/// FON for an albedo of 1 and roughness `r`, with the factors that it shares with later bounces.
 #[derive(Clone, Copy, Debug)]
 pub struct SingleBounce<T> {
     r: T,
@@ -207,8 +207,8 @@ impl<T: Scalar> SingleBounce<T> {
         let ([xi, yi, zi], [xo, yo, zo]) = (g.wi, g.wo);
         let s: T::Real = xi * xo + yi * yo;
         let ratio: T::Real = s / zi.greater(zo);
-        // 1 + r s as (1 - r) + r (1 + s) where s is negative, and 1 + s, which is 0 between opposite directions in the
-        // horizon, as the sum of squares that it is of unit vectors.
+        // Where s is negative, 1 + r s is computed as (1 - r) + r (1 + s). For opposite directions at the horizon 1 + s is 0;
+        // for unit vectors it is a sum of squares, and computed as that.
         let (x, y): (T::Real, T::Real) = (xi + xo, yi + yo);
         let (across, upward): (T::Real, T::Real) = (x * x + y * y, zi * zi + zo * zo);
         let opposed: T::Real = (across + upward).times(0.5);
@@ -218,7 +218,7 @@ impl<T: Scalar> SingleBounce<T> {
     }
 }
 
-/// Fujii's.
+/// Fujii's form.
 struct Fujii;
 
 impl Kernel for Fujii {

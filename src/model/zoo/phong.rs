@@ -11,11 +11,11 @@
 //! | ks | 1 | 0..1000 | albedo at normal incidence |
 //! | n | 1 | 0.01..1e6 | exponent; 5 nearly diffuse, 50 satin, 1000 polished |
 //!
-//! Phong 1975 (doi:10.1145/360825.360839) in the "modified" form of Lafortune and Willems 1994: a BRDF, not a
-//! shading of f cos, and normalised. Reciprocal. Energy conserving for ks <= 1: the albedo is ks at normal
-//! incidence and falls towards grazing, where half of the lobe lies below the surface. Finite everywhere; n
-//! -> 0: Lambert, but for the step where wo leaves the lobe's hemisphere. No peak at grazing incidence that
-//! real surfaces have: see the microfacet models.
+//! Phong 1975 (doi:10.1145/360825.360839) in the "modified" form of Lafortune and Willems 1994: a normalised BRDF, and not a
+//! shading formula for f cos. Reciprocal. Energy conserving for ks <= 1: the albedo is ks at normal incidence and falls towards
+//! grazing, where half of the lobe lies below the surface. Finite everywhere. n -> 0: Lambert, except for the step where wo
+//! leaves the hemisphere of the lobe. It lacks the peak at grazing incidence that real surfaces have; for that, see the
+//! microfacet models.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
@@ -26,7 +26,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub struct Phong;
 
-/// An exponent and what normalises its lobe.
+/// An exponent and the normalisation of its lobe.
 #[derive(Clone, Copy, Debug)]
 pub struct Exponent<T> {
     n: T,
@@ -34,7 +34,7 @@ pub struct Exponent<T> {
 }
 
 impl<T: Scalar> Exponent<T> {
-    /// The exponent n of a lobe that (n + 2)/(2 pi) normalises.
+    /// Makes it for an exponent n, with the normalisation (n + 2)/(2 pi).
     pub(crate) fn new(n: T) -> Self {
         Self { n, norm: n.plus(2.0).times(0.5 / PI) }
     }
@@ -45,20 +45,20 @@ impl<T: Scalar> Exponent<T> {
         (self.n * ln_cos).exp() * self.norm
     }
 
-    /// The same where the logarithm depends on shapes, too.
+    /// Like [`Self::lobe`], for a logarithm that also depends on shapes.
     #[inline(always)]
     pub(crate) fn power(&self, ln_cos: T) -> T {
         (self.n * ln_cos).exp() * self.norm
     }
 }
 
-/// ln of a cosine, from the cosine where it is small, and from what it is `away` from 1 where it is not: the latter has
-/// digits that rounding left out of the former.
+/// ln of a cosine. It is computed from the cosine itself if that is small, otherwise from `away`, its difference from 1, which
+/// has digits that the rounded cosine lacks.
 #[inline(always)]
 pub(crate) fn ln_of_both<R: Real>(cos: R, away: R) -> R {
     let lost: R = (-cos).plus(1.0) - away;
     let lost = R::if_less(R::literal(0.5), cos, lost, R::literal(0.0));
-    // Below the horizon of the lobe the logarithm stays finite.
+    // Below the horizon of the lobe, TINY keeps the logarithm finite.
     cos.greater(R::TINY).ln_of_sum(lost)
 }
 

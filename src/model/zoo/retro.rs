@@ -1,33 +1,32 @@
-//! Retro-reflection: a lobe back to the light, as of glass beads and prism sheets.
+//! Retro-reflection: a lobe back towards the light, as from glass beads and prism sheets.
 //!
-//! A microfacet lobe of light that has first been mirrored about the normal. With r = (-xi, -yi, zi) and the
-//! back vector b = normalise(r + wo) in place of the half vector:
+//! This is a microfacet lobe of light that has first been mirrored about the normal. With r = (-xi, -yi, zi) and the back
+//! vector b = normalise(r + wo) instead of the half vector:
 //!
 //! ```text
 //! f = ks D(b) G/(4 ci co)
 //! ```
 //!
-//! b = n where wo = wi. The distribution D and G are those of [`cook_torrance`](super::cook_torrance), taken
-//! at b; `g=neumann`, the default, is G = min(ci, co), which leaves 1/(4 max(ci, co)).
+//! b = n where wo = wi. D and G are those of [`cook_torrance`](super::cook_torrance), evaluated at b; `g=neumann`, the default,
+//! is G = min(ci, co), which leaves 1/(4 max(ci, co)).
 //!
 //! | parameter | unit | bounds | meaning |
 //! |---|---|---|---|
-//! | m, ... | 1 | 1e-4..1 | of the distribution: roughness; b turns by half the angle between wi and wo; 0.04 reflective tape |
+//! | m, ... | 1 | 1e-4..1 | parameters of the distribution: roughness; b turns by half the angle between wi and wo; 0.04 reflective tape |
 //! | ks | 1 | 0..1000 | albedo of a sharp lobe at normal incidence |
 //!
-//! Belcour, Pacanowski, Delahaie, Laville-Geay and Eupherte 2014 (doi:10.1364/JOSAA.31.002561) measure tapes
-//! and propose the back vector; Portsmouth, Raab, Belcour and Liu 2026 (<https://arxiv.org/abs/2606.08739>)
-//! show that any microfacet lobe taken at it stays reciprocal and energy conserving: that is `g=smith`. The
-//! default follows the tape measured by the former, on which it is the closest (docs/trust/measured.md): a sharp
-//! lobe with G near 1 reflects ks at any angle, one with `g=neumann` ks cos(theta), and tapes do fall off as the
-//! light comes in more obliquely.
+//! Belcour, Pacanowski, Delahaie, Laville-Geay and Eupherte 2014 (doi:10.1364/JOSAA.31.002561) measure tapes and propose the
+//! back vector; Portsmouth, Raab, Belcour and Liu 2026 (<https://arxiv.org/abs/2606.08739>) show that any microfacet lobe
+//! evaluated at it stays reciprocal and energy conserving: that is `g=smith`. The default fits the tape measured by the former
+//! best (docs/trust/measured.md): a sharp lobe with G near 1 reflects ks at any angle, one with `g=neumann` ks cos(theta), and
+//! tapes do get darker at oblique incidence.
 //!
-//! Departure: no Fresnel term. The light does not come back from facets, and a term rising where wi and wo
-//! are opposed would rise where the lobe is absent. Reciprocal. Energy conserving for ks <= 1, but with
-//! g=none, where the largest albedo found up to 89.9 degrees is 286 (ggx, m = 1, 89.9 degrees), and with
-//! g=smith-rational for distributions other than Beckmann's, where it is 1.753 (ggx, m = 0.2, 89.9 degrees).
-//! Grazing: where both directions graze f grows without bound with `g=neumann`, and is finite where one does;
-//! the others as in Cook-Torrance. m -> 0: all light goes back where it came from.
+//! Departure: there is no Fresnel term. The light does not come back from facets, and a term that rises where wi and wo are
+//! opposite would rise where the lobe is absent. Reciprocal. Energy conserving for ks <= 1, except with g=none, where the
+//! largest albedo found up to 89.9 degrees is 286 (ggx, m = 1, 89.9 degrees), and with g=smith-rational for distributions
+//! other than Beckmann's, where it is 1.753 (ggx, m = 0.2, 89.9 degrees). At grazing, f with `g=neumann` grows without bound if
+//! both directions are grazing, and is finite if only one is; other forms of G behave as in Cook-Torrance. m -> 0: all light
+//! returns to where it came from.
 
 use super::cook_torrance::DISTRIBUTION;
 use crate::math::Scalar;
@@ -35,7 +34,7 @@ use crate::model::parts::distribution::Distribution;
 use crate::model::parts::shadowing::Shadowing;
 use crate::model::{Choices, Energy, Model, ModelOption, ParamSpec, Values, Visitor};
 
-/// A lobe back to the light.
+/// A lobe back towards the light.
 #[derive(Clone, Copy, Debug)]
 pub struct Retro {
     distribution: Distribution,

@@ -21,8 +21,7 @@ use crate::model::{ParamSpec, Scale, Values};
 
 pub(super) struct GeneralisedSchlick;
 
-/// 1 - (1 - mu)^exponent and (1 - mu)^exponent, where `rest` is 1 - mu. They and their derivatives are exact at mu = 1, where
-/// they are 1 and 0.
+/// 1 - (1 - mu)^exponent and (1 - mu)^exponent, where `rest` is 1 - mu. At mu = 1 they are 1 and 0, with derivatives 0.
 #[inline(always)]
 pub(super) fn fall_and_rise<T: Scalar>(exponent: T, mu: T::Real, rest: T::Real) -> (T, T) {
     let (zero, one) = (T::constant(0.0), T::constant(1.0));
