@@ -137,7 +137,7 @@ fn losses_are_refused_where_they_make_no_sense() {
     for (options, words) in [
         ("--loss cauchy --loss-scale 0", "found '0'"),
         ("--loss cauchy --loss-scale wide", "found 'wide'"),
-        ("--loss-scale 1", "expected --loss huber or cauchy"),
+        ("--loss-scale 1", "expected --loss huber or --loss cauchy"),
         ("--loss tukey", "tukey"),
     ] {
         let run = folder.brdfit(&format!("fit clean.csv -m lambert {options}"));

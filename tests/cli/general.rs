@@ -221,7 +221,7 @@ fn mistyped_commands_are_refused() {
         lambert("bounds without room", "--bounds kd=0.5..0.5", &["--bounds", "kd", "0.5..0.5"]),
         ct("roughness bounded at zero", "--bounds m=0..0.5", &["--bounds", "m", "above 0"]),
         ct("negative roughness bound", "--bounds m=-1..0.5", &["--bounds", "m", "above 0"]),
-        lambert("tied to itself", "--tie kd=kd", &["--tie", "kd=kd", "different"]),
+        lambert("tied to itself", "--tie kd=kd", &["--tie", "kd=kd", "the same parameter"]),
         lambert("tied to nothing", "--tie kd", &["--tie", "P=Q", "'kd'"]),
         lambert("tied in a circle", "--tie kd.r=kd.g --tie kd.g=kd.r", &["--tie", "circle"]),
         lambert("channel told per channel", "--per-channel kd.r", &["kd.r", "without a channel"]),

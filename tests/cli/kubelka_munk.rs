@@ -207,7 +207,7 @@ fn both_layouts_say_the_same() {
             let report = run.json();
             assert_eq!(report["schema"], "brdfit.kubelka-munk/1");
             assert_eq!(report["data"]["wavelengths_nm"], serde_json::json!([450.0, 550.0, 650.0]));
-            assert!(run.stderr.contains("every channel: as many unknowns"), "{}", run.stderr);
+            assert!(run.stderr.contains("every channel: there are as many unknowns"), "{}", run.stderr);
             for ((label, k, s), channel) in paints.iter().zip(report["channels"].as_array().unwrap()) {
                 assert_close(label, channel["k"]["value"].as_f64().unwrap(), k * unit, 1e-6);
                 assert_close(label, channel["s"]["value"].as_f64().unwrap(), s * unit, 1e-6);
@@ -307,7 +307,7 @@ fn broken_files_and_bad_usage_are_refused() {
     let folder = Folder::new();
     folder.write("card.csv", good);
     let run = folder.brdfit("kubelka-munk card.csv -o card.csv");
-    assert!(run.code == Some(2) && run.stderr.contains("another file"), "{run:?}");
+    assert!(run.code == Some(2) && run.stderr.contains("a file other than the input"), "{run:?}");
     assert_eq!(folder.brdfit("kubelka-munk absent.csv").code, Some(2));
     assert_eq!(folder.brdfit("kubelka-munk").code, Some(2));
 }
