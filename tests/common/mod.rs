@@ -109,8 +109,9 @@ impl Folder {
             .current_dir(self.0.path())
             .args(arguments)
             .env("RUST_BACKTRACE", "0")
-            // Killed if it hangs: the exit code is none then.
-            .timeout(Duration::from_secs(60))
+            // Killed if it hangs: the exit code is none then. What takes longest needs half a minute, and shares two cores with
+            // other tests.
+            .timeout(Duration::from_secs(300))
             .output()
             .unwrap();
         Run {
