@@ -208,7 +208,10 @@ const VARIANTS: &[(&str, &str)] = &[
     ("cook-torrance-beckmann-smith-conductor", "cook-torrance(d=beckmann, g=smith, f=conductor)"),
     ("cook-torrance-ggx-anisotropic-smith-schlick", "cook-torrance(d=ggx-anisotropic, g=smith, f=schlick)"),
     ("cook-torrance-blinn-phong-kelemen-f82-tint", "cook-torrance(d=blinn-phong, g=kelemen, f=f82-tint)"),
-    ("cook-torrance-gtr-implicit-generalised-schlick", "cook-torrance(d=gtr, g=implicit, f=generalised-schlick)"),
+    (
+        "cook-torrance-gtr-implicit-generalised-schlick",
+        "cook-torrance(d=gtr, g=implicit, f=generalised-schlick)",
+    ),
     ("cook-torrance-student-t-neumann-lazanyi", "cook-torrance(d=student-t, g=neumann, f=lazanyi)"),
     ("cook-torrance-exponential-power-none-none", "cook-torrance(d=exponential-power, g=none, f=none)"),
     ("retro-ggx-neumann", "retro"),
@@ -555,6 +558,9 @@ fn every_model_has_a_table() {
         REGISTRY.iter().map(|entry| entry.name).filter(|name| !covered.contains(name)).collect();
     assert!(missing.is_empty(), "no reference values for {missing:?}");
     for (file, text) in VARIANTS {
-        assert!(tables.iter().any(|table| table.name == format!("model-{file}")), "no file of reference values for {text}");
+        assert!(
+            tables.iter().any(|table| table.name == format!("model-{file}")),
+            "no file of reference values for {text}"
+        );
     }
 }

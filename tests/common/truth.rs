@@ -46,6 +46,10 @@ const NARROWER: &[Narrower] = &[
     // The dip has to be there, and steeper it lies beyond 80 degrees.
     narrower("f=lazanyi", &["a"], (0.3, 3.0)),
     narrower("f=lazanyi", &["alpha_f"], (3.0, 6.0)),
+    // In a darker volume two indices, 1.33 and 2.33 for instance, fit almost equally well, and noise chooses between them.
+    narrower("dipole", &["albedo_prime"], (0.3, 0.95)),
+    // A tint that leaves nothing at 82 degrees makes F negative beside them, and a negative f has no logarithm.
+    narrower("f=f82-tint", &["tint"], (0.5, 0.95)),
     // A surface that is tinted black shows nothing of its roughness.
     narrower("openpbr", &["specular_color"], (0.5, 0.95)),
     // A layer that scatters once and is dim, thin or sends its light forward hardly rises above the noise of 1e-3; a thick one
