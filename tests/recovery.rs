@@ -161,6 +161,15 @@ fn exact(label: &str, truth: &ParameterTable, result: &Fit) {
 
 /// Every free parameter within four standard errors of the truth.
 fn within_four_errors(label: &str, truth: &ParameterTable, result: &Fit) {
+    within_errors(4.0, label, truth, result);
+}
+
+/// The same for twenty sets of parameters: of ten thousand normal errors 0.6 are expected beyond four, and 0.07 beyond 4.5.
+fn within_four_and_a_half_errors(label: &str, truth: &ParameterTable, result: &Fit) {
+    within_errors(4.5, label, truth, result);
+}
+
+fn within_errors(most: f64, label: &str, truth: &ParameterTable, result: &Fit) {
     let covariance = result.covariance.as_ref().expect(label);
     for index in truth.free() {
         let (wanted, found) = (truth.rows()[*index].value, result.table.rows()[*index].value);
@@ -177,7 +186,7 @@ fn within_four_errors(label: &str, truth: &ParameterTable, result: &Fit) {
             continue;
         }
         assert!(
-            (found - wanted).abs() < 4.0 * error,
+            (found - wanted).abs() < most * error,
             "{label}\n{}: {found} +/- {error} for {wanted}",
             truth.name(*index)
         );
@@ -211,7 +220,7 @@ fn every_model_with_noise() {
 fn every_model_many_times() {
     assert_recovered(&cases(), |case| {
         run(case, MANY_SETS, false, Noise::default(), exact);
-        run(case, MANY_SETS, false, NOISE, within_four_errors);
+        run(case, MANY_SETS, false, NOISE, within_four_and_a_half_errors);
     });
 }
 
