@@ -367,32 +367,22 @@ impl FitBuilder<'_> {
     }
 
     fn report(&self, fit: &Fit, took: Duration) -> Report {
-        let Options { metric, loss, loss_scale, filters, seed, hold_out, uncertainty, solver, .. } =
-            &self.options;
         let seconds = took.as_secs_f64();
         let given = self.constraints.as_given().into_iter();
         let options = OptionRecord {
-            samples: fit.budget.map_or(filters.samples, Budget::samples),
-            budget: fit.budget.map(Into::into),
             target_error: match self.extent {
                 Extent::Reaching(target) => Some(target),
                 Extent::AsAsked | Extent::Within(_) => None,
             },
-            seed: *seed,
-            hold_out: *hold_out,
-            solver: Some((*solver).into()),
-            uncertainty: Some((*uncertainty).into()),
             merl_bins: BinPosition::Center.into(),
-            loss: (*loss).into(),
-            loss_scale: fit.loss_scale,
-            loss_scale_auto: fit.loss_scale.map(|_| loss_scale.is_none()),
             timeout_s: self.timeout.map(|timeout| timeout.as_secs_f64()),
             parameters: given.map(|(option, text)| format!("{option} {text}")).collect(),
+            ..OptionRecord::new(&self.options, fit)
         };
         let threads = rayon::current_num_threads();
         let circumstances = Circumstances {
-            metric: *metric,
-            max_theta_deg: filters.max_theta_deg,
+            metric: self.options.metric,
+            max_theta_deg: self.options.filters.max_theta_deg,
             options,
             // The measurement was already in memory.
             times: Times { read: 0.0, fit: seconds, total: seconds, threads },

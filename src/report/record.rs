@@ -5,8 +5,8 @@
 use super::open::{Criterion, Open, ParameterStatus, StopReason};
 use crate::error::OptionName;
 use crate::fit::{
-    Budget, Errors, FittedParameter, HeldOut, LossKind, Method, Metric, Resampled, Suggestion, Uncertainty,
-    Warning, WarningKind,
+    Budget, Errors, Fit, FittedParameter, HeldOut, LossKind, Method, Metric, Options, Resampled, Suggestion,
+    Uncertainty, Warning, WarningKind,
 };
 use crate::measurement::Weighting;
 use crate::measurement::formats::BinPosition;
@@ -363,6 +363,26 @@ pub struct OptionRecord {
     pub timeout_s: Option<f64>,
     /// Options about parameters, as given.
     pub parameters: Vec<String>,
+}
+
+impl OptionRecord {
+    /// The record of a fit under `options`, without what they do not hold: the target error, the bins of MERL tables, the time
+    /// limit and the options about parameters as given.
+    #[must_use]
+    pub fn new(options: &Options, fit: &Fit) -> Self {
+        Self {
+            samples: fit.budget.map_or(options.filters.samples, Budget::samples),
+            budget: fit.budget.map(Into::into),
+            seed: options.seed,
+            hold_out: options.hold_out,
+            solver: Some(options.solver.into()),
+            uncertainty: Some(options.uncertainty.into()),
+            loss: options.loss.into(),
+            loss_scale: fit.loss_scale,
+            loss_scale_auto: fit.loss_scale.map(|_| options.loss_scale.is_none()),
+            ..Self::default()
+        }
+    }
 }
 
 /// Wall-clock times.

@@ -57,15 +57,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         metric: options.metric,
         max_theta_deg: options.filters.max_theta_deg,
         options: OptionRecord {
-            samples: arguments.samples.samples(),
-            seed: options.seed,
+            solver: None,
+            uncertainty: None,
             merl_bins: arguments.read.merl_bins().into(),
-            loss: options.loss.into(),
-            loss_scale: None,
-            loss_scale_auto: None,
-            timeout_s: None,
             parameters: options_as_given(&arguments.bounds, set),
-            ..OptionRecord::default()
+            ..OptionRecord::new(&options, &result)
         },
         times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
         fitted: false,

@@ -223,20 +223,13 @@ impl Run<'_> {
             let circumstances = Circumstances {
                 metric: options.metric,
                 max_theta_deg: options.filters.max_theta_deg,
-                options: arguments.fitting.record(
-                    &fitted,
-                    arguments.loss.record(
-                        &fitted,
-                        OptionRecord {
-                            samples: arguments.samples.samples(),
-                            seed: options.seed,
-                            merl_bins: arguments.read.merl_bins().into(),
-                            timeout_s: arguments.timeout,
-                            parameters: arguments.settings.as_given(),
-                            ..OptionRecord::default()
-                        },
-                    ),
-                ),
+                options: OptionRecord {
+                    target_error: arguments.fitting.target_error(),
+                    merl_bins: arguments.read.merl_bins().into(),
+                    timeout_s: arguments.timeout,
+                    parameters: arguments.settings.as_given(),
+                    ..OptionRecord::new(options, &fitted)
+                },
                 times: Times { read: *read, fit, total: read + fit, threads },
                 fitted: true,
             };

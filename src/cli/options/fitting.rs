@@ -7,7 +7,6 @@ use brdfit::fit::{
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
 use brdfit::progress::Progress;
-use brdfit::report::OptionRecord;
 use brdfit::solver::SolverKind;
 use clap::{Args, ValueEnum};
 use std::sync::Arc;
@@ -107,16 +106,8 @@ impl FittingArguments {
         }
     }
 
-    /// Returns `record` with these options added.
-    pub fn record(&self, fitted: &Fit, record: OptionRecord) -> OptionRecord {
-        OptionRecord {
-            samples: fitted.budget.map_or(record.samples, Budget::samples),
-            budget: fitted.budget.map(Into::into),
-            target_error: self.target_error,
-            hold_out: self.hold_out,
-            solver: Some(SolverKind::from(self.solver).into()),
-            uncertainty: Some(Uncertainty::from(self.uncertainty).into()),
-            ..record
-        }
+    /// The error that the fit should reach; `None` if there is no target.
+    pub fn target_error(&self) -> Option<f64> {
+        self.target_error
     }
 }

@@ -2,8 +2,7 @@
 
 use brdfit::Error;
 use brdfit::error::{OptionName, excerpt};
-use brdfit::fit::{Fit, LossKind, Options};
-use brdfit::report::OptionRecord;
+use brdfit::fit::{LossKind, Options};
 use clap::{Args, ValueEnum};
 
 /// The loss function and its scale.
@@ -43,17 +42,6 @@ impl LossArguments {
         let mut options = options.with_loss(self.loss.into());
         options.loss_scale = self.scale()?;
         Ok(options)
-    }
-
-    /// Returns `record` with these options added, as used in a fit.
-    pub fn record(&self, fit: &Fit, record: OptionRecord) -> OptionRecord {
-        let auto = self.loss_scale.as_deref().is_none_or(|text| text == "auto");
-        OptionRecord {
-            loss: LossKind::from(self.loss).into(),
-            loss_scale: fit.loss_scale,
-            loss_scale_auto: fit.loss_scale.map(|_| auto),
-            ..record
-        }
     }
 
     /// The scale that the user gave. `None` means `auto`.
