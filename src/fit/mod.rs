@@ -17,7 +17,7 @@ pub(crate) use image::fit_image;
 pub use options::{Budget, Options, Uncertainty};
 pub use problem::loss::LossKind;
 #[doc(hidden)]
-pub use problem::loss::Objective;
+pub use problem::loss::{LOSS_SCALES, Objective};
 pub use problem::metric::Metric;
 pub(crate) use problem::pixels::{Shown, Target};
 #[doc(hidden)]

@@ -1,9 +1,9 @@
 //! The options of a fit.
 
-use super::problem::loss::LossKind;
+use super::problem::loss::{LOSS_SCALES, LossKind};
 use super::problem::metric::Metric;
 use crate::error::{Error, OptionName};
-use crate::measurement::Filters;
+use crate::measurement::{Filters, checked_max_theta};
 use crate::parameters::Settings;
 use crate::solver::{Limits, Observer, SolverKind, StopSignal};
 use std::time::Instant;
@@ -126,14 +126,9 @@ impl Options {
     /// # Errors
     /// [`Error::Invalid`] naming the option that is out of range.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let max_theta = self.filters.max_theta_deg;
-        if !(max_theta > 0.0 && max_theta <= 90.0) {
-            let expected = "more than 0 and at most 90 degrees";
-            return Err(Error::invalid(OptionName::MaxTheta, expected, max_theta.to_string()));
-        }
-        // The square of the scale, and that of a residual in units of the scale, must be finite and not 0.
+        checked_max_theta(self.filters.max_theta_deg)?;
         match self.loss_scale {
-            Some(scale) if !(1e-100..=1e100).contains(&scale) => {
+            Some(scale) if !LOSS_SCALES.contains(&scale) => {
                 Err(Error::invalid(OptionName::LossScale, "1e-100 to 1e100", scale.to_string()))
             }
             _ => Ok(()),

@@ -17,6 +17,8 @@ pub use draws::Draws;
 #[doc(hidden)]
 pub use incidence::IncidenceGroups;
 pub use interpolant::Interpolant;
+#[doc(hidden)]
+pub use samples::checked_max_theta;
 pub use samples::{Filters, Samples, Weighting};
 
 use crate::geometry::Directions;

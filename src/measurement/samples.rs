@@ -82,6 +82,18 @@ impl Default for Filters {
     }
 }
 
+/// Checks that the largest angle of incidence and viewing is above 0 and at most 90 degrees.
+///
+/// # Errors
+/// [`Error::Invalid`] if it is not.
+pub fn checked_max_theta(degrees: f64) -> Result<f64, Error> {
+    if degrees > 0.0 && degrees <= 90.0 {
+        return Ok(degrees);
+    }
+    let expected = "more than 0 and at most 90 degrees";
+    Err(Error::invalid(OptionName::MaxTheta, expected, degrees.to_string()))
+}
+
 /// The samples of a measurement that passed the filters.
 #[derive(Clone, Debug)]
 pub struct Samples {

@@ -3,12 +3,12 @@
 use crate::cli::messages::say;
 use crate::cli::options::channels::channels;
 use crate::cli::options::heightfield::{HeightfieldArguments, Surface, traced_table};
-use crate::cli::options::input::checked_max_theta;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, spares};
 use brdfit::Error;
 use brdfit::error::OptionName;
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
+use brdfit::measurement::checked_max_theta;
 use brdfit::measurement::formats::{ReadOptions, csv, merl, read_directions};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, Setting, values};

@@ -4,7 +4,7 @@ use brdfit::Error;
 use brdfit::error::OptionName;
 use brdfit::fit::Metric;
 use brdfit::measurement::formats::{BinPosition, REGISTRY, ReadOptions, named, read};
-use brdfit::measurement::{Filters, Measurement, Weighting};
+use brdfit::measurement::{Filters, Measurement, Weighting, checked_max_theta};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::path::Path;
@@ -192,16 +192,6 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
         });
         filters.samples = self.samples();
         Ok(filters)
-    }
-}
-
-/// Checks that a value of `--max-theta` is above 0 and at most 90 degrees.
-pub fn checked_max_theta(degrees: f64) -> Result<f64, Error> {
-    if degrees > 0.0 && degrees <= 90.0 {
-        Ok(degrees)
-    } else {
-        let expected = "more than 0 and at most 90 degrees";
-        Err(Error::invalid(OptionName::MaxTheta, expected, degrees.to_string()))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use brdfit::Error;
 use brdfit::error::{OptionName, excerpt};
-use brdfit::fit::{LossKind, Options};
+use brdfit::fit::{LOSS_SCALES, LossKind, Options};
 use clap::{Args, ValueEnum};
 
 /// The loss function and its scale.
@@ -57,8 +57,7 @@ impl LossArguments {
         if text == "auto" {
             return Ok(None);
         }
-        // The square of the scale, and that of a residual divided by it, must not overflow.
-        let scale = text.parse().ok().filter(|scale: &f64| (1e-100..=1e100).contains(scale));
+        let scale = text.parse().ok().filter(|scale: &f64| LOSS_SCALES.contains(scale));
         scale.map(Some).ok_or_else(|| {
             let expected = "a number from 1e-100 to 1e100, or 'auto'";
             Error::invalid(OptionName::LossScale, expected, excerpt(text))

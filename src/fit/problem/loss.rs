@@ -12,6 +12,7 @@
 //! Cauchy's loss pulls less the larger it is.
 
 use super::metric::Metric;
+use std::ops::RangeInclusive;
 
 /// The shape of a loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -25,6 +26,9 @@ pub enum LossKind {
     /// Logarithmic: s^2 ln(1 + u^2/s^2).
     Cauchy,
 }
+
+/// Scales of a loss at which neither the square of the scale, nor that of a residual in units of it, overflows or vanishes.
+pub const LOSS_SCALES: RangeInclusive<f64> = 1e-100..=1e100;
 
 impl LossKind {
     /// Name on the command line and in reports.
