@@ -155,7 +155,7 @@ impl Reports {
     pub fn new(reports: Vec<Report>, failed: Vec<Failure>) -> Self {
         let held_out: Option<Vec<f64>> = reports.iter().map(Report::held_out_error).collect();
         let fitted = || reports.iter().map(Report::fitted_error).collect();
-        let by_held_out = held_out.is_some();
+        let criterion = if held_out.is_some() { Criterion::HeldOut } else { Criterion::Fitted };
         let values = held_out.unwrap_or_else(fitted);
         let mut ranking: Vec<(usize, (&Report, f64))> = reports.iter().zip(values).enumerate().collect();
         let input = |report: &Report| reports.iter().position(|r| r.data.path == report.data.path);
@@ -163,8 +163,8 @@ impl Reports {
         let ranking = ranking
             .into_iter()
             .map(|(index, (report, value))| {
-                let criterion = report.metric.known().map(|metric| Criterion::of(metric, by_held_out).into());
-                Rank { index, criterion: criterion.unwrap_or_default(), value: finite(value) }
+                let compared = report.metric.known().map(|metric| criterion(metric).into());
+                Rank { index, criterion: compared.unwrap_or_default(), value: finite(value) }
             })
             .collect();
         Self { schema: SCHEMA_SEVERAL.into(), ranking, reports, failed }

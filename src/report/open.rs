@@ -128,7 +128,6 @@ macro_rules! named {
 named! {
     BinPosition (name): Center Edge;
     Budget (name): Fast Balanced Full;
-    Criterion (name): L2 Log Cbrt HeldOutL2 HeldOutLog HeldOutCbrt;
     LossKind (name): None Huber Cauchy;
     Method (name): Absolute Sandwich BlockBootstrap;
     Metric (name): L2 Log Cbrt;
@@ -136,9 +135,8 @@ named! {
         Thickness Tie Timeout Tolerance Uncertainty Weights;
     SolverKind (name): LevenbergMarquardt #[cfg(feature = "solvers")] LBfgs #[cfg(feature = "solvers")] NelderMead
         #[cfg(feature = "solvers")] ParticleSwarm;
-    StopReason (name): Evaluated ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout
-        Invalid;
     ParameterStatus (name): Free Fixed Tied AtLower AtUpper;
+    Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
     Uncertainty (name): Formula BlockBootstrap;
     Unit (symbol): One Degrees UnscaledMerl;
     WarningKind (name): AtBound Correlated DefaultUsed FlatProfile IllConditioned Isotropic LossDiscards NotIdentifiable
@@ -189,89 +187,65 @@ impl ParameterStatus {
 
 /// Why a fit stopped, or that nothing was fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "Termination has what each means")]
 pub enum StopReason {
     /// Nothing was fitted: the given parameters were evaluated.
     Evaluated,
-    ConvergedStep,
-    ConvergedCost,
-    ConvergedGradient,
-    Stalled,
-    IterationLimit,
-    Interrupted,
-    Timeout,
-    Invalid,
-}
-
-impl StopReason {
-    /// Name in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Evaluated => "evaluated",
-            Self::ConvergedStep => Termination::ConvergedStep.name(),
-            Self::ConvergedCost => Termination::ConvergedCost.name(),
-            Self::ConvergedGradient => Termination::ConvergedGradient.name(),
-            Self::Stalled => Termination::Stalled.name(),
-            Self::IterationLimit => Termination::IterationLimit.name(),
-            Self::Interrupted => Termination::Interrupted.name(),
-            Self::Timeout => Termination::Timeout.name(),
-            Self::Invalid => Termination::Invalid.name(),
-        }
-    }
+    /// A fit stopped for this reason.
+    Stopped(Termination),
 }
 
 impl From<Termination> for StopReason {
     fn from(termination: Termination) -> Self {
-        match termination {
-            Termination::ConvergedStep => Self::ConvergedStep,
-            Termination::ConvergedCost => Self::ConvergedCost,
-            Termination::ConvergedGradient => Self::ConvergedGradient,
-            Termination::Stalled => Self::Stalled,
-            Termination::IterationLimit => Self::IterationLimit,
-            Termination::Interrupted => Self::Interrupted,
-            Termination::Timeout => Self::Timeout,
-            Termination::Invalid => Self::Invalid,
+        Self::Stopped(termination)
+    }
+}
+
+impl Named for StopReason {
+    const SCHEMA_NAME: &'static str = "StopReason";
+    const ALL: &'static [Self] = &{
+        let mut all = [Self::Evaluated; Termination::ALL.len() + 1];
+        let mut index = 0;
+        while index < Termination::ALL.len() {
+            all[index + 1] = Self::Stopped(Termination::ALL[index]);
+            index += 1;
+        }
+        all
+    };
+
+    fn in_report(self) -> &'static str {
+        match self {
+            Self::Evaluated => "evaluated",
+            Self::Stopped(termination) => termination.name(),
         }
     }
 }
 
 /// What a ranking compares: the error in a metric, on the samples that were fitted or on those held out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "docs/use/conventions.md defines the metrics")]
 pub enum Criterion {
-    L2,
-    Log,
-    Cbrt,
-    HeldOutL2,
-    HeldOutLog,
-    HeldOutCbrt,
+    /// On the samples that were fitted.
+    Fitted(Metric),
+    /// On the samples that were held out.
+    HeldOut(Metric),
 }
 
-impl Criterion {
-    /// The criterion that compares the error in a metric.
-    #[must_use]
-    pub fn of(metric: Metric, held_out: bool) -> Self {
-        match (metric, held_out) {
-            (Metric::L2, false) => Self::L2,
-            (Metric::Log, false) => Self::Log,
-            (Metric::Cbrt, false) => Self::Cbrt,
-            (Metric::L2, true) => Self::HeldOutL2,
-            (Metric::Log, true) => Self::HeldOutLog,
-            (Metric::Cbrt, true) => Self::HeldOutCbrt,
-        }
-    }
+impl Named for Criterion {
+    const SCHEMA_NAME: &'static str = "Criterion";
+    const ALL: &'static [Self] = &[
+        Self::Fitted(Metric::L2),
+        Self::Fitted(Metric::Log),
+        Self::Fitted(Metric::Cbrt),
+        Self::HeldOut(Metric::L2),
+        Self::HeldOut(Metric::Log),
+        Self::HeldOut(Metric::Cbrt),
+    ];
 
-    /// Name in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    fn in_report(self) -> &'static str {
         match self {
-            Self::L2 => "l2",
-            Self::Log => "log",
-            Self::Cbrt => "cbrt",
-            Self::HeldOutL2 => "held-out l2",
-            Self::HeldOutLog => "held-out log",
-            Self::HeldOutCbrt => "held-out cbrt",
+            Self::Fitted(metric) => metric.name(),
+            Self::HeldOut(Metric::L2) => "held-out l2",
+            Self::HeldOut(Metric::Log) => "held-out log",
+            Self::HeldOut(Metric::Cbrt) => "held-out cbrt",
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::common::{Folder, parse};
 use approx::assert_abs_diff_eq;
 use brdfit::fit::Metric;
 use brdfit::report::{ParameterStatus, Report, StopReason};
+use brdfit::solver::Termination;
 use serde_json::{Value, json};
 use std::fs;
 
@@ -385,7 +386,7 @@ fn reports_of_earlier_versions_are_read() {
     let text = fs::read_to_string(path).unwrap();
     let report: Report = serde_json::from_str(&text).unwrap();
     assert_eq!(report.metric, Metric::Cbrt);
-    assert_eq!(report.termination.reason, StopReason::ConvergedCost);
+    assert_eq!(report.termination.reason, StopReason::from(Termination::ConvergedCost));
     assert!(report.parameters.iter().any(|p| p.name == "m" && p.status == ParameterStatus::Free));
     let held_out = report.selection.held_out.as_ref().unwrap();
     assert!(held_out.samples > 0 && held_out.errors.cbrt.is_some());

@@ -505,25 +505,6 @@ pub enum WarningKind {
 }
 
 impl WarningKind {
-    /// Every kind.
-    pub const ALL: &[Self] = &[
-        Self::AtBound,
-        Self::Correlated,
-        Self::DefaultUsed,
-        Self::FlatProfile,
-        Self::IllConditioned,
-        Self::Isotropic,
-        Self::LossDiscards,
-        Self::NotIdentifiable,
-        Self::NotUsable,
-        Self::Resampling,
-        Self::Saturated,
-        Self::SuspiciousAngles,
-        Self::TargetMissed,
-        Self::TiedStarts,
-        Self::WorthFreeing,
-    ];
-
     /// Its name in a report.
     #[must_use]
     pub fn name(self) -> &'static str {
