@@ -2,6 +2,7 @@
 
 use brdfit::Error;
 use brdfit::error::Place;
+pub use brdfit::report::json;
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -72,11 +73,4 @@ pub fn spares(inputs: &[PathBuf], option: &str, output: Option<&Path>) -> Result
         let subject = format!("{option} {}", input.display());
         Err(Error::invalid(subject, "a file other than the input", "the input"))
     })
-}
-
-/// The JSON text that is written to files and to standard output.
-pub fn json(value: &impl serde::Serialize) -> Result<String, Error> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(|e| Error::Encoding { format: "JSON", reason: e.to_string() })?;
-    Ok(text + "\n")
 }

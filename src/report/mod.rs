@@ -28,6 +28,7 @@ use crate::measurement::Measurement;
 use crate::model::Expression;
 use crate::parameters::{ParameterTable, Product, Status};
 use record::finite;
+use serde::Serialize;
 
 /// What the caller knows about the fit that the fit itself does not contain.
 #[derive(Clone, Debug)]
@@ -126,8 +127,7 @@ impl Report {
     /// # Errors
     /// [`Error::Encoding`] if it cannot be encoded, which is a bug.
     pub fn to_json(&self) -> Result<String, Error> {
-        let text = serde_json::to_string_pretty(self);
-        text.map(|text| text + "\n").map_err(|e| Error::Encoding { format: "JSON", reason: e.to_string() })
+        json(self)
     }
 
     /// The error in the metric that was fitted.
@@ -146,6 +146,16 @@ impl Report {
     fn in_fitted_metric(&self, errors: &ErrorRecord) -> f64 {
         self.metric.known().and_then(|metric| errors.of(metric)).unwrap_or(f64::INFINITY)
     }
+}
+
+/// A value as JSON text, ending in a newline.
+///
+/// # Errors
+/// [`Error::Encoding`] if it cannot be written, which is a defect.
+#[doc(hidden)]
+pub fn json(value: &impl Serialize) -> Result<String, Error> {
+    let text = serde_json::to_string_pretty(value);
+    text.map(|text| text + "\n").map_err(|e| Error::Encoding { format: "JSON", reason: e.to_string() })
 }
 
 impl Reports {

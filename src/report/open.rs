@@ -72,7 +72,7 @@ impl<T> From<T> for Open<T> {
 
 impl<T: Named> fmt::Display for Open<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        f.pad(self.name())
     }
 }
 

@@ -28,9 +28,9 @@ use crate::measurement::{Draws, Filters, Measurement, Samples};
 use crate::model::Expression;
 use crate::parameters::{Selector, Setting, Status};
 use crate::progress::{Progress, Quiet};
-use crate::report::{ErrorRecord, Failure};
+use crate::report::{ErrorRecord, Failure, Open};
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
@@ -54,7 +54,8 @@ pub struct Tradeoff {
     /// The measurement.
     pub data: Data,
     /// The metric that fits minimise and that defines the front: l2, log or cbrt.
-    pub metric: &'static str,
+    #[serde(serialize_with = "metric_name")]
+    pub metric: Metric,
     /// Number of samples that each fit of `models` and `approximations` uses; null means all.
     pub fit_samples: Option<usize>,
     /// Seed of every draw.
@@ -261,7 +262,7 @@ pub fn compare(
             channels: measurement.channels.iter().map(|channel| channel.name.clone()).collect(),
             used: work.samples.len(),
         },
-        metric: options.metric.name(),
+        metric: options.metric,
         fit_samples: options.filters.samples,
         seed: options.seed,
         models,
@@ -423,15 +424,14 @@ fn with_parameters_of(to: &Fitted, from: &Fitted) -> Option<Fitted> {
     Some(Fitted { expression: to.expression.clone(), fit, errors: to.errors.clone(), seconds: 0.0 })
 }
 
-/// The error in the metric; infinite if there is none.
-fn recorded(errors: &ErrorRecord, metric: Metric) -> f64 {
-    recorded_in(errors, metric.name()).unwrap_or(f64::INFINITY)
+/// Writes a metric by its name, as reports do.
+fn metric_name<S: Serializer>(metric: &Metric, serializer: S) -> Result<S::Ok, S::Error> {
+    Open::Known(*metric).serialize(serializer)
 }
 
-/// The error in the metric with this name.
-fn recorded_in(errors: &ErrorRecord, metric: &str) -> Option<f64> {
-    let all = [("l2", errors.l2), ("log", errors.log), ("cbrt", errors.cbrt)];
-    all.into_iter().find(|(name, _)| *name == metric).and_then(|(_, error)| error)
+/// The error in the metric; infinite if there is none.
+fn recorded(errors: &ErrorRecord, metric: Metric) -> f64 {
+    errors.of(metric).unwrap_or(f64::INFINITY)
 }
 
 /// Marks the usable models that no other beats in both cost and error. Costs are operations, which are the same on every

@@ -1,6 +1,6 @@
 //! A plot of error against cost, as SVG.
 
-use super::{Entry, Tradeoff, recorded_in};
+use super::{Entry, Tradeoff};
 use crate::error::{Error, OptionName};
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::coord::types::RangedCoordf64;
@@ -104,7 +104,7 @@ pub fn svg(found: &Tradeoff) -> Result<String, Error> {
         .iter()
         .filter(|entry| entry.usable)
         .filter_map(|entry| {
-            let error = recorded_in(&entry.errors, found.metric).filter(|error| *error > 0.0)?;
+            let error = entry.errors.of(found.metric).filter(|error| *error > 0.0)?;
             // A model that is a constant costs 0 operations, which a logarithmic axis cannot show.
             Some(Point { cost: as_f64(entry.cost.weighted.max(1)), error, entry })
         })
@@ -145,7 +145,7 @@ fn draw(text: &mut String, found: &Tradeoff, points: &[Point<'_>]) -> Result<(),
     chart
         .configure_mesh()
         .x_desc("cost of an evaluation, operations (a quotient 4, an exponential 25)")
-        .y_desc(format!("{} error", found.metric))
+        .y_desc(format!("{} error", found.metric.name()))
         .x_label_formatter(&|cost| cost.to_string())
         .y_label_formatter(&|error| format!("{error:.1e}"))
         .light_line_style(WHITE.mix(0.0))

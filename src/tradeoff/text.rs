@@ -1,6 +1,6 @@
 //! The comparison as a table and as CSV.
 
-use super::{Entry, Tradeoff, recorded_in};
+use super::{Entry, Tradeoff};
 use crate::error::Error;
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ pub fn table(found: &Tradeoff) -> String {
 }
 
 fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
-    let metric = found.metric;
+    let metric = found.metric.name();
     let data = &found.data;
     writeln!(text, "{}: {} samples, {}", data.path, data.used, data.channels.join(" "))?;
     let fitted = found.fit_samples.filter(|samples| *samples < data.used);
@@ -43,8 +43,8 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
             ns.scalar_f32.median,
             ns.blocks_f64.median,
             entry.parameters,
-            number(recorded_in(&entry.errors, metric)),
-            number(entry.held_out.as_ref().and_then(|errors| recorded_in(errors, metric))),
+            number(entry.errors.of(found.metric)),
+            number(entry.held_out.as_ref().and_then(|errors| errors.of(found.metric))),
             entry.single_precision,
             entry.fit_s,
             entry.model,
