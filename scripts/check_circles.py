@@ -20,6 +20,8 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from common import write_files
+
 LIBRARY = "brdfit"
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
 
@@ -424,9 +426,7 @@ def self_test():
     for name, files, imports, expected in cases:
         with tempfile.TemporaryDirectory() as scratch:
             folder = Path(scratch)
-            for file, text in files.items():
-                (folder / file).parent.mkdir(parents=True, exist_ok=True)
-                (folder / file).write_text(text, encoding="utf-8")
+            write_files(folder, files)
             graph = Source(folder).graph()
             short = lambda path: path.relative_to(folder).as_posix()
             found = {short(file): {short(other) for other in others} for file, others in graph.items() if others}

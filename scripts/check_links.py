@@ -15,6 +15,8 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from common import write_files
 from urllib.parse import unquote
 
 INDEX = "docs/README.md"
@@ -158,9 +160,7 @@ def self_test():
     for name, files, expected in cases:
         with tempfile.TemporaryDirectory() as scratch:
             root = Path(scratch)
-            for file, text in files.items():
-                (root / file).parent.mkdir(parents=True, exist_ok=True)
-                (root / file).write_text(text, encoding="utf-8")
+            write_files(root, files)
             found = list(complaints(root, files))
             assert found == expected, f"{name}: {found}"
     print(f"{len(cases)} cases: as expected")

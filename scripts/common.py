@@ -17,6 +17,13 @@ def nbrdf_tool():
     return tool
 
 
+def write_files(folder, files):
+    """Writes made-up files, name by name with their text, for the self-test of a script that reads a tree."""
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+
+
 def checked_brdfit(parser, path):
     """The whole path of the program, which `parser` complains of unless it can be run."""
     if not path:
