@@ -15,9 +15,9 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from urllib.parse import unquote
 
 from common import write_files
-from urllib.parse import unquote
 
 INDEX = "docs/README.md"
 FENCE = re.compile(r"^ *(`{3,}|~{3,})")
