@@ -229,7 +229,7 @@ fn for_every_model(cases: usize, check: impl Fn(&str, &AnyModel, &Choices, Geome
 
 #[test]
 fn agree_with_num_dual() {
-    compare_with_num_dual(40);
+    compare_with_num_dual(20);
 }
 
 #[test]
@@ -262,7 +262,7 @@ fn compare_with_num_dual(cases: usize) {
 
 #[test]
 fn agree_with_central_differences() {
-    compare_with_central_differences(20);
+    compare_with_central_differences(10);
 }
 
 #[test]

@@ -487,6 +487,11 @@ proptest! {
         other.truncate(length);
         offer(&other)?;
     }
+}
+
+proptest! {
+    // A table is long: fewer of them.
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn merl_cut_anywhere(length in 12_usize..12 + 24 * CELLS) {

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const MATTE: &str = "synth -m lambert --set kd=0.5 --directions 4000 --max-theta 88 --seed 2 -o matte.csv";
-const GLOSSY: &str = "synth -m 'lambert + cook-torrance(d=ggx)' --set kd=0.2 m=0.15 f0=0.06 --directions 40000 \
+const GLOSSY: &str = "synth -m 'lambert + cook-torrance(d=ggx)' --set kd=0.2 m=0.15 f0=0.06 --directions 12000 \
                       --max-theta 88 --seed 3 -o glossy.csv";
 
 fn scene(name: &str) -> PathBuf {
