@@ -19,6 +19,7 @@ mod heightfield;
 #[cfg(feature = "images")]
 mod image;
 mod models;
+mod nesting;
 mod nist;
 mod oracles;
 mod physics;

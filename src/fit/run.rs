@@ -55,13 +55,18 @@ pub fn fit(
     // Search for the best start, which is already close to the minimum. The search leaves its best values in the
     // table, and their `initial` says where they started.
     progress.stage("searching");
-    let (mut table, found) = task.search(table)?;
+    let (mut table, found) = task.search_with_smaller_sums(table)?;
 
     // Minimise on all samples, set amplitudes without effect to 0, and put lobes in order.
     progress.stage("fitting");
-    let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
+    let observed = task.observe(&samples);
+    let mut problem = task.problem(&observed, table.clone(), found.objective);
     let mut solution = task.minimise_on_all(&problem, progress)?;
     task.tidy(&problem, &mut table, &mut solution);
+    if table.drop_absent_lobes() {
+        problem = task.problem(&observed, table.clone(), found.objective);
+        move_to(&mut solution, &problem, &table);
+    }
 
     // Find how far the parameters move when the angles of incidence are resampled.
     let (resampled, cut_short) = match &groups {
@@ -116,11 +121,16 @@ impl Task<'_> {
         let dropped = self.drop_negligible(table);
         let moved = table.sort_lobes();
         if dropped || moved {
-            solution.x = DVector::from_vec(table.coordinates());
-            solution.linearisation = problem.linearise(&solution.x);
-            solution.cost = solution.linearisation.cost;
+            move_to(solution, problem, table);
         }
     }
+}
+
+/// Moves a solution to the values in `table`.
+fn move_to(solution: &mut Solution, problem: &ReflectanceProblem<'_>, table: &ParameterTable) {
+    solution.x = DVector::from_vec(table.coordinates());
+    solution.linearisation = problem.linearise(&solution.x);
+    solution.cost = solution.linearisation.cost;
 }
 
 /// Selects the samples and sets up the parameters according to the options.

@@ -18,13 +18,21 @@ pub(super) struct Task<'a> {
     pub(super) expression: &'a Expression,
     pub(super) samples: &'a Samples,
     /// Draws of part of those samples.
-    pub(super) draws: Draws<'a>,
+    pub(super) draws: Arc<Draws<'a>>,
     pub(super) options: &'a Options,
 }
 
 impl<'a> Task<'a> {
     pub(super) fn new(expression: &'a Expression, samples: &'a Samples, options: &'a Options) -> Self {
-        Self { expression, samples, draws: Draws::new(samples), options }
+        Self { expression, samples, draws: Arc::new(Draws::new(samples)), options }
+    }
+
+    /// The same fit of another expression.
+    pub(super) fn of<'b>(&self, expression: &'b Expression) -> Task<'b>
+    where
+        'a: 'b,
+    {
+        Task { expression, samples: self.samples, draws: Arc::clone(&self.draws), options: self.options }
     }
 
     pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {

@@ -91,7 +91,7 @@ pub(super) fn at_extremes(expression: &Expression, lobes: &[LobeValues]) -> Unfi
 pub(super) fn at_bounds(expression: &Expression) -> Unfinished {
     let mut found = Unfinished::default();
     for lobe in expression.lobes() {
-        let specs = lobe.model.parameters();
+        let specs = lobe.parameters();
         let of = |role: Role| specs.iter().filter(move |spec| spec.role == role);
         let bounds: Vec<(f64, f64)> = of(Role::Shape)
             .map(|spec| (spec.in_formula_units(spec.bounds.0), spec.in_formula_units(spec.bounds.1)))
@@ -115,7 +115,7 @@ fn count(found: &mut Unfinished, lobe: &crate::model::Lobe, shapes: &[f64], ampl
     block.fill(pairs.iter().map(Pair::geometry));
     let mut basis = BasisBlock::default();
     lobe.model.evaluate(&block, shapes, Derivatives::All, &mut basis);
-    let coefficients = lobe.model.coefficients(amplitudes);
+    let coefficients = lobe.coefficients(amplitudes);
     for (index, pair) in pairs.iter().enumerate() {
         let sum = |rows: &[crate::geometry::Row], by: &[f64]| -> f64 {
             assert_eq!(rows.len(), by.len(), "one coefficient per basis function");

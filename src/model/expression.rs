@@ -1,6 +1,8 @@
 //! Sums of models, written as `lambert + cook-torrance(d=ggx)`.
 
-use super::{AnyModel, BasisBlock, Choices, Derivatives, REGISTRY};
+use super::registry::LobeCoefficients;
+use super::strength::{STRENGTH, Strength, added};
+use super::{AnyModel, BasisBlock, Choices, Derivatives, ParamSpec, REGISTRY};
 use crate::error::{Error, NameKind, excerpt};
 use crate::geometry::{Block, Directions, Geometry, Row};
 use crate::math::Scalar;
@@ -13,9 +15,56 @@ pub struct Lobe {
     /// The model.
     pub model: AnyModel,
     choices: Choices,
+    /// Whether the sum gives it a strength, because its model has none. It is the last amplitude.
+    has_added_strength: bool,
 }
 
 impl Lobe {
+    /// The parameters, in the order of the report.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<ParamSpec> {
+        let mut parameters = self.model.parameters();
+        parameters.extend(self.has_added_strength.then(added));
+        parameters
+    }
+
+    /// How the lobe can be absent.
+    #[must_use]
+    pub fn strength(&self) -> Strength {
+        if self.has_added_strength { Strength::Scale(STRENGTH) } else { self.model.strength() }
+    }
+
+    /// The coefficients of the basis and their derivatives with respect to every amplitude.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn coefficients(&self, amplitudes: &[f64]) -> LobeCoefficients {
+        let Some((strength, own)) = self.split(amplitudes) else {
+            return self.model.coefficients(amplitudes);
+        };
+        let LobeCoefficients { values, mut partials } = self.model.coefficients(own);
+        partials.iter_mut().flatten().for_each(|partial| *partial *= strength);
+        partials.push(values.clone());
+        LobeCoefficients { values: values.iter().map(|value| strength * value).collect(), partials }
+    }
+
+    /// The BRDF at several pairs of directions, in any scalar.
+    fn values_in<T: Scalar>(
+        &self,
+        geometries: &[Geometry<T::Real>],
+        LobeValues { shapes, amplitudes }: &LobeValues<T>,
+    ) -> Vec<T> {
+        let Some((strength, own)) = self.split(amplitudes) else {
+            return self.model.values_in(geometries, shapes, amplitudes);
+        };
+        self.model.values_in(geometries, shapes, own).into_iter().map(|f| strength * f).collect()
+    }
+
+    /// The strength that the sum has added, and the model's own amplitudes; `None` if it has added none.
+    fn split<'a, T: Copy>(&self, amplitudes: &'a [T]) -> Option<(T, &'a [T])> {
+        let (strength, own) = amplitudes.split_last().filter(|_| self.has_added_strength)?;
+        Some((*strength, own))
+    }
+
     /// The model with every choice spelled out.
     #[must_use]
     pub fn canonical(&self) -> String {
@@ -61,7 +110,12 @@ impl Expression {
                 0 => entry.name.to_owned(),
                 n => format!("{}#{}", entry.name, n + 1),
             };
-            lobes.push(Lobe { name, model, choices });
+            lobes.push(Lobe { name, model, choices, has_added_strength: false });
+        }
+        if lobes.len() > 1 {
+            for lobe in &mut lobes {
+                lobe.has_added_strength = lobe.model.strength() == Strength::Missing;
+            }
         }
         Ok(Self { lobes })
     }
@@ -70,6 +124,21 @@ impl Expression {
     #[must_use]
     pub fn lobes(&self) -> &[Lobe] {
         &self.lobes
+    }
+
+    /// The sum without one of its lobes; `None` if it has no other, or no such lobe. Lobes keep their names. One lobe alone is no
+    /// sum, and has no strength but its model's.
+    #[must_use]
+    pub(crate) fn without(&self, lobe: usize) -> Option<Self> {
+        let mut lobes = self.lobes.clone();
+        if lobe >= lobes.len() || lobes.len() < 2 {
+            return None;
+        }
+        lobes.remove(lobe);
+        if let [only] = lobes.as_mut_slice() {
+            only.has_added_strength = false;
+        }
+        Some(Self { lobes })
     }
 
     /// The expression with every choice spelled out.
@@ -103,7 +172,7 @@ impl Expression {
             .iter()
             .map(|lobes| {
                 let of_lobe = self.lobes.iter().zip(lobes);
-                of_lobe.map(|(lobe, values)| lobe.model.coefficients(&values.amplitudes).values).collect()
+                of_lobe.map(|(lobe, values)| lobe.coefficients(&values.amplitudes).values).collect()
             })
             .collect();
         let mut bases = Vec::new();
@@ -151,8 +220,8 @@ impl Expression {
         assert_eq!(parameters.len(), self.lobes.len(), "one set of values per lobe");
         let zero = T::constant(0.0);
         let mut sums = vec![zero; geometries.len()];
-        for (lobe, LobeValues { shapes, amplitudes }) in self.lobes.iter().zip(parameters) {
-            let values = lobe.model.values_in(geometries, shapes, amplitudes);
+        for (lobe, values) in self.lobes.iter().zip(parameters) {
+            let values = lobe.values_in(geometries, values);
             sums.iter_mut().zip(values).for_each(|(sum, f)| *sum = *sum + f);
         }
         for (sum, geometry) in sums.iter_mut().zip(geometries) {

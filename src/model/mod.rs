@@ -28,6 +28,7 @@ mod point_evaluation;
 mod product;
 mod published;
 mod registry;
+mod strength;
 mod values;
 mod zoo;
 
@@ -45,6 +46,7 @@ pub(crate) use part::{Reshape, Reshaped};
 #[doc(hidden)]
 pub use registry::LobeCoefficients;
 pub use registry::{AnyModel, ModelEntry, REGISTRY};
+pub use strength::{STRENGTH, Strength};
 #[doc(hidden)]
 pub use values::Values;
 
@@ -82,6 +84,11 @@ pub trait Model: Sized {
     /// Pairs of parameters whose product is better determined than either of them.
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         &[]
+    }
+
+    /// How the lobe can be absent from a sum. A test checks this by evaluation.
+    fn strength(&self) -> Strength {
+        Strength::Amplitudes
     }
 
     /// Whether more light can leave the surface than arrives. A test checks this by integration.

@@ -14,6 +14,7 @@ use super::published::{
     bagher_sgd, cook_torrance_1982, low_ashikhmin_shirley, low_cook_torrance, low_microfacet, low_smooth,
     ngan_ashikhmin_shirley, ngan_blinn_phong, ngan_cook_torrance, ngan_lafortune, ngan_ward, ngan_ward_duer,
 };
+use super::strength::Strength;
 use super::values::Values;
 use super::zoo::{
     ashikhmin_premoze_shirley, ashikhmin_shirley, blinn_phong, cook_torrance, dipole, disney_2012,
@@ -176,6 +177,12 @@ macro_rules! models {
             #[must_use]
             pub fn products(&self) -> &'static [(&'static str, &'static str)] {
                 match self { $(Self::$model(m) => m.products()),* }
+            }
+
+            /// How the lobe can be absent from a sum.
+            #[must_use]
+            pub fn strength(&self) -> Strength {
+                match self { $(Self::$model(m) => m.strength()),* }
             }
 
             /// Whether more light can leave the surface than arrives.

@@ -4,12 +4,15 @@
 // unnoticed. What users write is read by `selector` and `settings`, which never index.
 #![allow(clippy::indexing_slicing)]
 
+mod absence;
 mod order;
 mod row;
 mod selector;
 mod settings;
+mod strengths;
 mod table;
 
+pub(crate) use absence::Smaller;
 pub use row::{ParameterRow, ParameterValue, Status};
 pub use selector::{Selector, Setting, Settings, channel_suffix};
 pub use settings::{SettingTexts, ranges, values};

@@ -71,7 +71,7 @@ impl ParameterTable {
     }
 
     /// Whether two lobes are of one kind and the user's constraints do not distinguish them.
-    fn exchangeable(&self, a: usize, b: usize) -> bool {
+    pub(super) fn exchangeable(&self, a: usize, b: usize) -> bool {
         if self.kinds[a] != self.kinds[b] {
             return false;
         }

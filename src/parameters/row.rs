@@ -12,6 +12,8 @@ pub enum Status {
     Fixed,
     /// It is kept equal to the parameter in another row.
     Tied(usize),
+    /// It has no effect, because its lobe is absent.
+    Absent,
 }
 
 /// A parameter as it is written to reports.

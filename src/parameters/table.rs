@@ -2,8 +2,9 @@
 
 use super::row::{ParameterRow, ParameterValue, Status};
 use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
+use super::strengths::free_scales_of_several;
 use crate::error::{Error, OptionName, Subject};
-use crate::model::{Expression, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing};
+use crate::model::{Expression, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing, Strength};
 
 /// Values closer than this, as a ratio or as a fraction of the typical range, belong to the same minimum.
 const SAME_VALUE: f64 = 0.05;
@@ -14,13 +15,15 @@ pub struct ParameterTable {
     pub(super) lobes: Vec<String>,
     /// The model of each lobe, with every choice spelled out.
     pub(super) kinds: Vec<String>,
-    channels: Vec<String>,
+    pub(super) channels: Vec<String>,
     pub(super) rows: Vec<ParameterRow>,
     /// The row of each channel, by lobe and parameter; a single row for a shared parameter.
     pub(super) places: Vec<Vec<Vec<usize>>>,
     /// Rows of the free parameters, in order.
-    free: Vec<usize>,
-    products: Vec<Product>,
+    pub(super) free: Vec<usize>,
+    pub(super) products: Vec<Product>,
+    /// How each lobe can be absent.
+    pub(super) strengths: Vec<Strength>,
 }
 
 /// Two parameters of a lobe whose product is determined better than either of them.
@@ -48,8 +51,9 @@ impl ParameterTable {
         settings: &Settings,
     ) -> Result<Self, Error> {
         let lobes: Vec<String> = expression.lobes().iter().map(|lobe| lobe.name.clone()).collect();
-        let mut specs: Vec<Vec<ParamSpec>> =
-            expression.lobes().iter().map(|lobe| lobe.model.parameters()).collect();
+        let mut specs: Vec<Vec<ParamSpec>> = expression.lobes().iter().map(Lobe::parameters).collect();
+        let strengths: Vec<Strength> = expression.lobes().iter().map(Lobe::strength).collect();
+        free_scales_of_several(&strengths, &mut specs);
         for (selector, setting) in settings {
             let sharing = match setting {
                 Setting::PerChannel => Sharing::PerChannel,
@@ -81,6 +85,7 @@ impl ParameterTable {
             places: Vec::new(),
             free: Vec::new(),
             products: products(expression, &specs),
+            strengths,
         };
         for (lobe, lobe_specs) in specs.iter().enumerate() {
             let mut places = Vec::new();
@@ -258,7 +263,7 @@ impl ParameterTable {
     }
 
     /// Lists the free rows.
-    fn list_free(&mut self) {
+    pub(super) fn list_free(&mut self) {
         self.free = (0..self.rows.len()).filter(|index| self.rows[*index].status == Status::Free).collect();
     }
 
@@ -390,7 +395,7 @@ impl ParameterTable {
     pub fn source(&self, index: usize) -> usize {
         match self.rows[index].status {
             Status::Tied(target) => target,
-            Status::Free | Status::Fixed => index,
+            Status::Free | Status::Fixed | Status::Absent => index,
         }
     }
 

@@ -26,7 +26,7 @@ use crate::error::Error;
 use crate::fit::{Fit, Metric};
 use crate::measurement::Measurement;
 use crate::model::Expression;
-use crate::parameters::{ParameterTable, Product, Status};
+use crate::parameters::{ParameterRow, ParameterTable, Product, Status};
 use record::finite;
 use serde::Serialize;
 
@@ -118,7 +118,7 @@ impl Report {
             },
             options: circumstances.options.clone(),
             time_s: circumstances.times,
-            warnings: fit.warnings.iter().map(WarningRecord::from).collect(),
+            warnings: fit.warnings.iter().chain(&fit.energy_warning()).map(WarningRecord::from).collect(),
         }
     }
 
@@ -214,7 +214,8 @@ struct Estimate {
 fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
     let rows = fit.table.rows();
     let (row_a, row_b) = (&rows[a], &rows[b]);
-    if row_a.status == Status::Fixed || row_b.status == Status::Fixed {
+    let is_fitted = |row: &ParameterRow| matches!(row.status, Status::Free | Status::Tied(_));
+    if !is_fitted(row_a) || !is_fitted(row_b) {
         return None;
     }
     let (x, y) = (row_a.value, row_b.value);

@@ -135,12 +135,13 @@ named! {
         Thickness Tie Timeout Tolerance Uncertainty Weights;
     SolverKind (name): LevenbergMarquardt #[cfg(feature = "solvers")] LBfgs #[cfg(feature = "solvers")] NelderMead
         #[cfg(feature = "solvers")] ParticleSwarm;
-    ParameterStatus (name): Free Fixed Tied AtLower AtUpper;
+    ParameterStatus (name): Free Fixed Tied AtLower AtUpper Absent;
     Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
     Uncertainty (name): Formula BlockBootstrap;
     Unit (symbol): One Degrees UnscaledMerl;
-    WarningKind (name): AtBound Correlated DefaultUsed FlatProfile IllConditioned Isotropic LossDiscards NotIdentifiable
-        NotUsable Resampling Saturated SuspiciousAngles TargetMissed TiedStarts WorthFreeing;
+    WarningKind (name): AtBound Correlated DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
+        LossDiscards NotIdentifiable NotUsable Resampling Saturated StrengthAboveOne SuspiciousAngles TargetMissed
+        TiedStarts WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;
 }
 
@@ -157,6 +158,8 @@ pub enum ParameterStatus {
     AtLower,
     /// Fitted, and at its upper bound.
     AtUpper,
+    /// Without effect, because its lobe is absent.
+    Absent,
 }
 
 impl From<&ParameterState> for ParameterStatus {
@@ -167,6 +170,7 @@ impl From<&ParameterState> for ParameterStatus {
             ParameterState::Tied { .. } => Self::Tied,
             ParameterState::AtLower => Self::AtLower,
             ParameterState::AtUpper => Self::AtUpper,
+            ParameterState::Absent => Self::Absent,
         }
     }
 }
@@ -181,6 +185,7 @@ impl ParameterStatus {
             Self::Tied => "tied",
             Self::AtLower => "at-lower",
             Self::AtUpper => "at-upper",
+            Self::Absent => "absent",
         }
     }
 }

@@ -4,8 +4,8 @@
 
 use super::record::{Report, Reports, SCHEMA, SCHEMA_SEVERAL};
 use crate::error::{Error, Place, excerpt, short};
-use crate::model::{Expression, Sharing};
-use crate::parameters::{ParameterTable, Selector, Setting, Settings, channel_suffix};
+use crate::model::{Expression, STRENGTH, Sharing};
+use crate::parameters::{ParameterRow, ParameterTable, Selector, Setting, Settings, channel_suffix};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -100,7 +100,7 @@ fn recorded(report: Report, path: &Path) -> Result<Recorded, Error> {
         let shared = own(format!("{}.{}", p.lobe, p.name))?;
         // Whether the fit shared the parameter is visible from whether it names a channel.
         let lobe = expression.lobes().iter().find(|lobe| lobe.name == p.lobe);
-        let specs = lobe.map(|lobe| lobe.model.parameters()).unwrap_or_default();
+        let specs = lobe.map(|lobe| lobe.parameters()).unwrap_or_default();
         let Some(spec) = specs.iter().find(|spec| spec.name == p.name) else {
             let found = format!("parameter {}", excerpt(&format!("{}.{}", p.lobe, p.name)));
             return Err(wrong(format!("parameters of {}", short(&report.model)), found));
@@ -121,7 +121,9 @@ fn recorded(report: Report, path: &Path) -> Result<Recorded, Error> {
     }
     sharing.extend(values);
     let table = ParameterTable::new(&expression, &channels, false, &sharing).map_err(in_file)?;
-    if let Some((index, row)) = table.rows().iter().enumerate().find(|(_, row)| !row.given) {
+    // Reports from before lobes of a sum had a strength do not hold it; it was 1.
+    let missing = |row: &ParameterRow| !row.given && row.spec.name != STRENGTH;
+    if let Some((index, row)) = table.rows().iter().enumerate().find(|(_, row)| missing(row)) {
         let channel = row.channel.and_then(|channel| channels.get(channel));
         let suffix = channel.map_or_else(String::new, |channel| channel_suffix(channel));
         let name = table.name(index);

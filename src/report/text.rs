@@ -107,7 +107,9 @@ fn parameters(text: &mut String, report: &Report) -> std::fmt::Result {
         let name = full_name(&format!("{}.{}", p.lobe, p.name), p.channel.as_deref());
         let unit = if p.unit == Unit::One { String::new() } else { format!(" {}", p.unit) };
         let value = with_error(p.value, p.std_error, &unit);
-        let initial = if p.status == ParameterStatus::Fixed { String::new() } else { digits(p.initial, 4) };
+        let fitted =
+            ![ParameterStatus::Fixed, ParameterStatus::Absent].iter().any(|status| p.status == *status);
+        let initial = if fitted { digits(p.initial, 4) } else { String::new() };
         writeln!(text, "{}", format!("{name:<28} {value:<32} {initial:>10}  {}", remark(p)).trim_end())?;
     }
     Ok(())

@@ -26,7 +26,7 @@ use crate::fit::{ErrorTable, Errors, Fit, Metric, Options, fit, score};
 use crate::geometry::{Directions, Pair};
 use crate::measurement::{Draws, Filters, Measurement, Samples};
 use crate::model::Expression;
-use crate::parameters::{Selector, Setting, Status};
+use crate::parameters::{Selector, Setting};
 use crate::progress::{Progress, Quiet};
 use crate::report::{ErrorRecord, Failure, Open};
 use glam::DVec3;
@@ -406,7 +406,7 @@ fn pairs(samples: &Samples, seed: u64) -> Vec<Pair> {
 
 /// Number of parameters that are neither fixed nor tied, over all channels.
 fn stored(fit: &Fit) -> usize {
-    fit.table.rows().iter().filter(|row| !matches!(row.status, Status::Fixed | Status::Tied(_))).count()
+    fit.table.free().len()
 }
 
 /// The model of `to` with the parameter values of `from`. `None` if they have different parameters.

@@ -156,7 +156,7 @@ fn assert_report(report: &Value) {
             ],
         );
         let status = parameter["status"].as_str().unwrap();
-        assert!(["free", "fixed", "tied", "at-lower", "at-upper"].contains(&status), "{status}");
+        assert!(["free", "fixed", "tied", "at-lower", "at-upper", "absent"].contains(&status), "{status}");
         if status != "free" {
             assert_eq!(parameter["std_error"], Value::Null, "{parameter}");
         }
@@ -305,7 +305,8 @@ fn reports_have_every_field_of_the_contract() {
 #[test]
 fn report_names_and_states() {
     let folder = laboratory();
-    let line = "fit a.csv -m 'lambert+cook-torrance(d=beckmann)+cook-torrance' --json";
+    let line = "fit a.csv -m 'lambert+cook-torrance(d=beckmann)+cook-torrance' --fix cook-torrance.ks=1 \
+                --fix cook-torrance#2.ks=1 --json";
     let report = folder.brdfit(line).json();
     assert_eq!(
         report["model"],

@@ -125,7 +125,7 @@ fn the_difference_is_that_of_the_images() {
         amplitudes: amplitudes.to_vec(),
     };
     let parameters = [of_lobe(&[], &[0.2]), of_lobe(&[0.15], &[0.06, 1.0])];
-    let order = truth.lobes()[1].model.parameters();
+    let order = truth.lobes()[1].parameters();
     assert_eq!(order.iter().map(|spec| spec.name).collect::<Vec<_>>(), ["m", "f0", "ks"]);
     let image = |f: &dyn Fn(&Geometry<f64>) -> f64| {
         let mut pixels = vec![[0.0; 3]; view.covered.len()];

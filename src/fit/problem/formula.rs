@@ -160,7 +160,7 @@ impl<'a> Formula<'a> {
             let coefficients: Vec<LobeCoefficients> = values
                 .iter()
                 .zip(lobes)
-                .map(|(values, lobe)| lobe.model.coefficients(&values.amplitudes))
+                .map(|(values, lobe)| lobe.coefficients(&values.amplitudes))
                 .collect();
             Sums::new(layout, table, &coefficients)
         });

@@ -47,24 +47,24 @@ struct Polished {
 }
 
 /// Number of samples of the scan.
-const SCAN_SAMPLES: usize = 800;
+pub(super) const SCAN_SAMPLES: usize = 800;
 /// Number of iterations for which a candidate is polished.
-const POLISH_ITERATIONS: u64 = 150;
+pub(super) const POLISH_ITERATIONS: u64 = 150;
 /// Number of iterations after which, with one shape, only candidates near the lowest cost are continued.
-const SHORT_POLISH: u64 = 25;
+pub(super) const SHORT_POLISH: u64 = 25;
 /// A cost is near the lowest if it exceeds it by no more than this fraction.
 const HOPEFUL: f64 = 0.2;
 /// Starts whose costs agree within this fraction have found the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
 /// Minima whose costs on part of the samples exceed the lowest by no more than this fraction are compared again on
 /// [`RACE_SAMPLES`].
-const CLOSE_RACE: f64 = 0.05;
+pub(super) const CLOSE_RACE: f64 = 0.05;
 /// Largest number of minima that are compared again.
 const RIVALS: usize = 3;
 /// Number of samples on which they are compared.
-const RACE_SAMPLES: usize = 10 * POLISH_SAMPLES;
+pub(super) const RACE_SAMPLES: usize = 10 * POLISH_SAMPLES;
 /// Number of iterations on those samples.
-const RACE_ITERATIONS: u64 = 15;
+pub(super) const RACE_ITERATIONS: u64 = 15;
 /// Number of estimates of a loss's scale from part of the samples.
 const SCALE_ROUNDS: usize = 4;
 /// The smallest scale of a loss, relative to the data.

@@ -10,3 +10,4 @@ mod coarse_to_fine;
 mod polish;
 mod recombine;
 pub(super) mod scan;
+mod smaller_sums;

@@ -92,7 +92,7 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
         .iter()
         .map(|values| {
             let lobes = expression.lobes().iter().zip(values);
-            let coefficients = lobes.map(|(lobe, values)| lobe.model.coefficients(&values.amplitudes));
+            let coefficients = lobes.map(|(lobe, values)| lobe.coefficients(&values.amplitudes));
             reflectance(&coefficients.collect::<Vec<_>>())
         })
         .collect();

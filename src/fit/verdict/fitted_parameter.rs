@@ -52,6 +52,8 @@ pub enum ParameterState {
         /// The full name of the other parameter.
         to: String,
     },
+    /// It has no effect, because its lobe is absent.
+    Absent,
 }
 
 /// Why a parameter has no standard error.
@@ -62,6 +64,8 @@ pub enum NoStandardError {
     Fixed,
     /// It was kept equal to another parameter, which has the error.
     Tied,
+    /// It has no effect, because its lobe is absent.
+    Absent,
     /// It is at a bound.
     AtBound,
     /// The data do not determine it.
@@ -81,6 +85,7 @@ impl fmt::Display for NoStandardError {
         f.write_str(match self {
             Self::Fixed => "not fitted",
             Self::Tied => "tied to another parameter",
+            Self::Absent => "its lobe is absent",
             Self::AtBound => "at a bound",
             Self::Undetermined => "not determined by the data",
             Self::DependsOnBound => "depends on a parameter at a bound",
@@ -155,6 +160,7 @@ impl Fit {
             state: match row.status {
                 Status::Fixed => ParameterState::Fixed,
                 Status::Tied(other) => ParameterState::Tied { to: self.table.name(other) },
+                Status::Absent => ParameterState::Absent,
                 Status::Free if row.at_lower() => ParameterState::AtLower,
                 Status::Free if row.at_upper() => ParameterState::AtUpper,
                 Status::Free => ParameterState::Free,
@@ -186,6 +192,7 @@ impl Fit {
         match row.status {
             Status::Fixed => return NoStandardError::Fixed,
             Status::Tied(_) => return NoStandardError::Tied,
+            Status::Absent => return NoStandardError::Absent,
             Status::Free => {}
         }
         let Some(covariance) = &self.covariance else { return NoStandardError::NoMinimum };

@@ -107,6 +107,7 @@ impl Task<'_> {
 
         // The warnings.
         let mut warnings = self.general_warnings(&fit);
+        warnings.extend(warnings::strengths(&fit));
         warnings.extend(warnings::at_bounds(&fit));
         warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
         warnings.extend(warnings::ties(&fit));
@@ -178,7 +179,9 @@ impl Task<'_> {
     fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
         let mut doubted: Vec<&ParameterRow> = Vec::new();
         for row in table.rows() {
-            let by_default = row.spec.fixed && row.status == Status::Fixed && !row.given;
+            // The strength of a body is part of its albedo.
+            let of_body = table.scale_of(row.lobe) == Some(row.spec.name) && !table.has_width(row.lobe);
+            let by_default = row.spec.fixed && row.status == Status::Fixed && !row.given && !of_body;
             let same = |other: &&ParameterRow| (other.lobe, other.parameter) == (row.lobe, row.parameter);
             if by_default && !doubted.iter().any(same) {
                 doubted.push(row);

@@ -26,6 +26,31 @@ pub enum Warning {
         /// What that says about the lobe.
         meaning: AtBound,
     },
+    /// A lobe that the sum fits better without.
+    LobeAbsent {
+        /// Full name of the parameter that scales the lobe, without a channel; it is 0.
+        parameter: String,
+        /// The lobe.
+        lobe: String,
+    },
+    /// A lobe that reflects more than its facets receive.
+    StrengthAboveOne {
+        /// Full name of the parameter that scales the lobe, without a channel.
+        parameter: String,
+        /// Its largest value.
+        value: f64,
+        /// The channels in which it exceeds 1; empty if all share the parameter.
+        channels: Vec<String>,
+    },
+    /// The fitted sum reflects more light than arrives.
+    GainsEnergy {
+        /// The channel in which it reflects most.
+        channel: String,
+        /// The share of light that it reflects there.
+        albedo: f64,
+        /// The angle of incidence at which it does, degrees.
+        theta_i_deg: f64,
+    },
     /// Parameters that have no standard error because it would depend on another parameter staying at its bound.
     RestsOnBound {
         /// Full names.
@@ -233,6 +258,9 @@ impl Warning {
             Self::NotUsable(_) => WarningKind::NotUsable,
             Self::Reader(Doubt::SuspiciousAngles { .. }) => WarningKind::SuspiciousAngles,
             Self::AtBound { .. } | Self::RestsOnBound { .. } => WarningKind::AtBound,
+            Self::LobeAbsent { .. } => WarningKind::LobeAbsent,
+            Self::StrengthAboveOne { .. } => WarningKind::StrengthAboveOne,
+            Self::GainsEnergy { .. } => WarningKind::GainsEnergy,
             Self::NotDetermined { .. } | Self::NotSeparated { .. } => WarningKind::NotIdentifiable,
             Self::BaseLikeLobe { .. } | Self::Correlated { .. } => WarningKind::Correlated,
             Self::FlatProfile { .. } => WarningKind::FlatProfile,
@@ -253,6 +281,8 @@ impl Warning {
     pub fn parameter(&self) -> Option<&str> {
         match self {
             Self::AtBound { parameter, .. }
+            | Self::LobeAbsent { parameter, .. }
+            | Self::StrengthAboveOne { parameter, .. }
             | Self::NotSeparated { parameter, .. }
             | Self::BaseLikeLobe { parameter, .. }
             | Self::Correlated { parameter, .. }
@@ -268,6 +298,7 @@ impl Warning {
             Self::NotUsable(_)
             | Self::Reader(_)
             | Self::Saturated { .. }
+            | Self::GainsEnergy { .. }
             | Self::NotResampled
             | Self::ResamplingCutShort { .. }
             | Self::TargetMissed { .. } => None,
@@ -286,7 +317,8 @@ impl Warning {
             | Self::BaseLikeLobe { .. }
             | Self::Correlated { .. }
             | Self::FlatProfile { .. } => vec![of(OptionName::Fix, "=V")],
-            Self::NotSeparated { .. } => vec![of(OptionName::Fix, "=1")],
+            Self::NotSeparated { .. } | Self::LobeAbsent { .. } => vec![of(OptionName::Fix, "=1")],
+            Self::StrengthAboveOne { .. } => vec![of(OptionName::Bounds, "=0..1")],
             Self::IllConditioned { .. } => vec![of(OptionName::Fix, "=V"), of(OptionName::Tie, "=Q")],
             Self::LossDiscards { .. } => vec![
                 suggestion(OptionName::Metric, "cbrt".to_owned()),
@@ -303,6 +335,7 @@ impl Warning {
                 vec![suggestion(OptionName::Timeout, String::new())]
             }
             Self::AtBound { .. }
+            | Self::GainsEnergy { .. }
             | Self::NotUsable(_)
             | Self::Reader(_)
             | Self::Saturated { .. }
@@ -322,6 +355,22 @@ impl fmt::Display for Warning {
                 let side = if *side == Side::Upper { "upper" } else { "lower" };
                 write!(f, "at its {side} bound {bound}{}: {meaning}", for_channels(channels))
             }
+            Self::LobeAbsent { lobe, .. } => write!(
+                f,
+                "the data are fitted better without '{lobe}': it is absent here, and its other parameters mean nothing; \
+                 leave it out of the model, or fix its strength at 1"
+            ),
+            Self::StrengthAboveOne { value, channels, .. } => write!(
+                f,
+                "{value:.4}{}: the lobe reflects more than its facets receive; check the scale of the measurement, try \
+                 another Fresnel term, or bound it",
+                for_channels(channels)
+            ),
+            Self::GainsEnergy { channel, albedo, theta_i_deg } => write!(
+                f,
+                "the fitted model reflects {albedo:.4} of the light that arrives at {theta_i_deg:.0} degrees in channel \
+                 {channel}: check the scale of the measurement, or bound the strengths"
+            ),
             Self::RestsOnBound { parameters } => write!(
                 f,
                 "no standard error for {}, which {} on a parameter that is at its bound: use the products under \
@@ -491,13 +540,16 @@ pub enum WarningKind {
     Correlated,
     DefaultUsed,
     FlatProfile,
+    GainsEnergy,
     IllConditioned,
     Isotropic,
+    LobeAbsent,
     LossDiscards,
     NotIdentifiable,
     NotUsable,
     Resampling,
     Saturated,
+    StrengthAboveOne,
     SuspiciousAngles,
     TargetMissed,
     TiedStarts,
@@ -513,13 +565,16 @@ impl WarningKind {
             Self::Correlated => "correlated",
             Self::DefaultUsed => "default-used",
             Self::FlatProfile => "flat-profile",
+            Self::GainsEnergy => "gains-energy",
             Self::IllConditioned => "ill-conditioned",
             Self::Isotropic => "isotropic",
+            Self::LobeAbsent => "lobe-absent",
             Self::LossDiscards => "loss-discards",
             Self::NotIdentifiable => "not-identifiable",
             Self::NotUsable => "not-usable",
             Self::Resampling => "resampling",
             Self::Saturated => "saturated",
+            Self::StrengthAboveOne => "strength-above-one",
             Self::SuspiciousAngles => "suspicious-angles",
             Self::TargetMissed => "target-missed",
             Self::TiedStarts => "tied-starts",

@@ -3,10 +3,12 @@
 use super::result::Fit;
 use super::warning::{AtBound, NotSeparated, Saturated, Side, Warning};
 use crate::fit::search::scan::Profile;
+use crate::geometry::direction;
+use crate::health::{Integral, Quadrature, directional_albedo};
 use crate::math::count;
 use crate::measurement::Samples;
-use crate::model::{Role, Scale};
-use crate::parameters::{Product, Status, differ};
+use crate::model::{LobeValues, Role, Scale};
+use crate::parameters::{ParameterRow, Product, Status, differ};
 
 /// A correlation above this is worth a warning.
 const STRONG_CORRELATION: f64 = 0.98;
@@ -33,6 +35,13 @@ const CHI2_95: f64 = 3.841;
 const FLAT_RATIO: f64 = 2.0;
 /// The same limit as a fraction of the range, for shapes that are not fitted by their logarithm.
 const FLAT_SHARE: f64 = 0.3;
+
+/// By how much a strength or an albedo must exceed 1 to be worth a warning.
+const ABOVE_ONE: f64 = 1e-3;
+/// Angles of incidence at which the albedo of the fitted model is computed, degrees. Towards 90 the data say little.
+const INCIDENCES_DEG: [f64; 2] = [0.0, 75.0];
+/// The effort of that: enough to tell an albedo above 1.
+const ROUGH: Quadrature = Quadrature { tolerance: 1e-3, most_cells: 1000 };
 
 /// A parameter at a bound.
 struct Bound {
@@ -85,6 +94,55 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = groups.into_iter().map(warning).collect();
     warnings.extend(dependent(fit));
     warnings
+}
+
+/// Warns of lobes that are absent, and of lobes that reflect more than their facets receive.
+pub(super) fn strengths(fit: &Fit) -> Vec<Warning> {
+    let table = &fit.table;
+    let mut warnings = Vec::new();
+    for (index, lobe) in table.lobes().iter().enumerate() {
+        let Some(scale) = table.scale_of(index) else { continue };
+        let parameter = format!("{lobe}.{scale}");
+        if table.is_absent(index) {
+            warnings.push(Warning::LobeAbsent { parameter, lobe: lobe.clone() });
+            continue;
+        }
+        let rows = table.rows().iter().filter(|row| (row.lobe, row.spec.name) == (index, scale));
+        let above: Vec<&ParameterRow> = rows.filter(|row| row.value > 1.0 + ABOVE_ONE).collect();
+        let channels = above.iter().filter_map(|row| table.channel_name(row)).map(str::to_owned).collect();
+        let value = above.iter().map(|row| row.value).fold(1.0, f64::max);
+        if !above.is_empty() {
+            warnings.push(Warning::StrengthAboveOne { parameter, value, channels });
+        }
+    }
+    warnings
+}
+
+impl Fit {
+    /// A warning if the fitted sum reflects more light than arrives. A model alone says so in its manual; a sum does not. It is
+    /// an integration, too slow to be part of every fit.
+    #[must_use]
+    pub fn energy_warning(&self) -> Option<Warning> {
+        let channels = self.table.channels();
+        if self.table.lobes().len() < 2 || self.unusable.is_some() {
+            return None;
+        }
+        let values: Vec<_> = (0..channels.len()).map(|channel| self.table.formula_values(channel)).collect();
+        // The brightest channel gains first.
+        let total = |values: &[LobeValues]| values.iter().flat_map(|lobe| &lobe.amplitudes).sum::<f64>();
+        let (channel, values) = (0..).zip(&values).max_by(|(_, a), (_, b)| total(a).total_cmp(&total(b)))?;
+        let values = [values.clone()];
+        let at = |theta_i_deg: f64| {
+            let wi = direction(theta_i_deg.to_radians(), 0.0);
+            let albedos = directional_albedo(&self.model, &values, wi, false, &ROUGH);
+            let surely = albedos.first().map_or(0.0, |Integral { value, error }| value - error);
+            (surely, theta_i_deg)
+        };
+        let (albedo, theta_i_deg) =
+            INCIDENCES_DEG.map(at).into_iter().max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+        let channel = channels.get::<usize>(channel)?.clone();
+        (albedo > 1.0 + ABOVE_ONE).then_some(Warning::GainsEnergy { channel, albedo, theta_i_deg })
+    }
 }
 
 /// Warns of parameters whose standard error depends on others staying at their bounds.

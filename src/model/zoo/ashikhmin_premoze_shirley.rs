@@ -17,7 +17,7 @@ use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
-use crate::model::{Choices, Model, ModelOption, ParamSpec, Values, Visitor};
+use crate::model::{Choices, Model, ModelOption, ParamSpec, Strength, Values, Visitor};
 
 /// Any density of half vectors, with the shadowing that follows from it.
 #[derive(Clone, Copy, Debug)]
@@ -54,5 +54,9 @@ impl Model for AshikhminPremozeShirley {
 
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         self.0.products()
+    }
+
+    fn strength(&self) -> Strength {
+        self.0.strength()
     }
 }

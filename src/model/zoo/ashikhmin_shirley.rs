@@ -21,7 +21,7 @@
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use crate::model::parts::fresnel::{FresnelReflectance, Schlick};
-use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Sharper, Values, Visitor};
+use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Sharper, Strength, Values, Visitor};
 use std::f64::consts::PI;
 
 /// An anisotropic Phong lobe over a coupled diffuse base.
@@ -144,5 +144,9 @@ impl Model for AshikhminShirley {
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 3] {
         let [rd, rs] = amplitudes.take();
         [rd * (-rs).plus(1.0), rs, T::constant(1.0)]
+    }
+
+    fn strength(&self) -> Strength {
+        Strength::Missing
     }
 }

@@ -24,7 +24,7 @@ use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
-use crate::model::{Choices, Energy, Model, ModelOption, ParamSpec, Values, Visitor};
+use crate::model::{Choices, Energy, Model, ModelOption, ParamSpec, Strength, Values, Visitor};
 
 /// A microfacet lobe.
 #[derive(Clone, Copy, Debug)]
@@ -96,5 +96,12 @@ impl Model for CookTorrance {
 
     fn energy(&self) -> Energy {
         self.shadowing.energy()
+    }
+
+    fn strength(&self) -> Strength {
+        match self.fresnel {
+            Fresnel::None => Strength::Amplitudes,
+            _ => Strength::Scale("ks"),
+        }
     }
 }

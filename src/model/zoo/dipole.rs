@@ -28,7 +28,7 @@
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::parts::fresnel::{Constants, index_constants, index_transmittance};
-use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Sharing, Values, Visitor};
+use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Sharing, Strength, Values, Visitor};
 use std::f64::consts::FRAC_1_PI;
 
 /// Diffuse light from below a smooth surface.
@@ -127,6 +127,10 @@ impl Model for Dipole {
 
     fn coefficients<T: Scalar>(&self, _: Values<'_, T>) -> [T; 1] {
         [T::constant(1.0)]
+    }
+
+    fn strength(&self) -> Strength {
+        Strength::Shape("albedo_prime")
     }
 }
 

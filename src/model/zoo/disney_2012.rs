@@ -39,8 +39,8 @@ use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Gtr, Isotropi
 use crate::model::parts::fresnel::{FresnelReflectance, Reflectance, Schlick};
 use crate::model::parts::shadowing::SmithUncorrelated;
 use crate::model::{
-    Choices, Energy, Kernel, Model, ParamSpec, Part, Reshape, Reshaped, Scale, Sharing, Sharper, Values,
-    Visitor,
+    Choices, Energy, Kernel, Model, ParamSpec, Part, Reshape, Reshaped, Scale, Sharing, Sharper, Strength,
+    Values, Visitor,
 };
 use std::f64::consts::FRAC_1_PI;
 
@@ -229,5 +229,9 @@ impl Model for Disney2012 {
 
     fn energy(&self) -> Energy {
         Energy::MayGain { largest_albedo: 1.647 }
+    }
+
+    fn strength(&self) -> Strength {
+        Strength::Missing
     }
 }

@@ -27,7 +27,7 @@ use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
-use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Values, Visitor};
+use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Strength, Values, Visitor};
 
 /// A density of half vectors divided by an expression that replaces all shadowing.
 #[derive(Clone, Copy, Debug)]
@@ -90,5 +90,9 @@ impl Model for DistributionBased {
 
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         self.0.products()
+    }
+
+    fn strength(&self) -> Strength {
+        self.0.strength()
     }
 }

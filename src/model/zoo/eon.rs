@@ -25,7 +25,7 @@
 use super::oren_nayar::{FUJII, SingleBounce, roughness};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
-use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
+use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Strength, Values, Visitor};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 /// A rough diffuse surface that preserves energy.
@@ -142,6 +142,10 @@ impl Model for Eon {
 
     fn coefficients<T: Scalar>(&self, _: Values<'_, T>) -> [T; 2] {
         [T::constant(1.0); 2]
+    }
+
+    fn strength(&self) -> Strength {
+        Strength::Shape("albedo")
     }
 }
 

@@ -35,7 +35,9 @@
 use crate::geometry::Geometry;
 use crate::math::Scalar;
 use crate::model::parts::paint_layers::{Film, opaque, opaque_absorptance, through_surface_of};
-use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Sharing, Values, Visitor};
+use crate::model::{
+    Choices, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Sharing, Strength, Values, Visitor,
+};
 use std::f64::consts::FRAC_1_PI;
 
 /// The diffuse reflectance of paint.
@@ -118,5 +120,9 @@ impl Model for KubelkaMunk {
         };
         let [k1, k2] = amplitudes.take();
         [through_surface_of(k1, k2, r, absorptance)]
+    }
+
+    fn strength(&self) -> Strength {
+        Strength::Missing
     }
 }

@@ -56,7 +56,7 @@ use crate::model::parts::fresnel::{DielectricIndex, Fresnel, Reflectance};
 use crate::model::parts::shadowing::Smith;
 use crate::model::{
     Choices, Energy, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Reshape, Reshaped, Scale,
-    Sharing, Sharper, Values, Visitor,
+    Sharing, Sharper, Strength, Values, Visitor,
 };
 use std::f64::consts::PI;
 
@@ -251,6 +251,10 @@ impl Model for Openpbr {
 
     fn energy(&self) -> Energy {
         Energy::MayGain { largest_albedo: 1.0024 }
+    }
+
+    fn strength(&self) -> Strength {
+        Strength::Missing
     }
 }
 

@@ -1,0 +1,178 @@
+//! Lobes that are absent, and the smaller sums that remain without them.
+//!
+//! The strength of a lobe with a Fresnel term is 1 in the physical model, so that F0 has its meaning. At that strength
+//! the lobe cannot vanish, because a Fresnel term still rises towards grazing at f0 = 0. A fit therefore chooses
+//! between a strength of 1 and a strength of 0. With two or more such lobes in a sum physics says no more about the share of
+//! each: their strengths are free.
+
+use super::row::Status;
+use super::table::ParameterTable;
+use crate::model::{Role, Strength};
+
+/// A table without one of its lobes.
+pub(crate) struct Smaller {
+    /// The table.
+    pub(crate) table: ParameterTable,
+    /// The row of the whole table that each of its rows comes from.
+    pub(crate) origins: Vec<usize>,
+}
+
+impl ParameterTable {
+    /// Whether a lobe is absent.
+    #[must_use]
+    pub fn is_absent(&self, lobe: usize) -> bool {
+        self.places[lobe].iter().flatten().any(|row| self.rows[*row].status == Status::Absent)
+    }
+
+    /// The name of the amplitude that scales a lobe and that is 1 in the physical model; `None` if there is none.
+    pub(crate) fn scale_of(&self, lobe: usize) -> Option<&'static str> {
+        match self.strengths[lobe] {
+            Strength::Scale(name) => Some(name),
+            Strength::Amplitudes | Strength::Shape(_) | Strength::Missing => None,
+        }
+    }
+
+    /// Whether a row holds the amplitude that scales its lobe.
+    pub(crate) fn is_scale(&self, row: usize) -> bool {
+        let row = &self.rows[row];
+        self.scale_of(row.lobe) == Some(row.spec.name)
+    }
+
+    /// The rows that must be 0 for a lobe to be absent; `None` if the user's constraints or ties do not let them.
+    fn switches(&self, lobe: usize) -> Option<Vec<usize>> {
+        let own: Vec<usize> = self.places[lobe].concat();
+        let is_tied_to = |row: usize| matches!(self.rows[row].status, Status::Tied(to) if own.contains(&to));
+        if (0..self.rows.len()).any(|row| self.rows[row].lobe != lobe && is_tied_to(row)) {
+            return None;
+        }
+        let counts = |row: &&usize| {
+            let spec = &self.rows[**row].spec;
+            match self.strengths[lobe] {
+                Strength::Amplitudes => spec.role == Role::Amplitude && !spec.fixed,
+                Strength::Shape(name) | Strength::Scale(name) => spec.name == name,
+                Strength::Missing => false,
+            }
+        };
+        let switches: Vec<usize> = own.iter().filter(counts).copied().collect();
+        let may_vanish = |row: &usize| {
+            let row = &self.rows[*row];
+            let fitted = match row.status {
+                Status::Free => true,
+                Status::Fixed => self.scale_of(lobe).is_some() && !row.given,
+                Status::Tied(to) => own.contains(&to),
+                Status::Absent => false,
+            };
+            fitted && row.bounds.0 == 0.0
+        };
+        (!switches.is_empty() && switches.iter().all(may_vanish)).then_some(switches)
+    }
+
+    /// Whether the fit moves a shape of a lobe.
+    pub(crate) fn has_free_shapes(&self, lobe: usize) -> bool {
+        let mut own = self.rows.iter().filter(|row| row.lobe == lobe);
+        own.any(|row| row.spec.role == Role::Shape && row.status == Status::Free)
+    }
+
+    /// The lobes without which the sum could be fitted, of lobes that may be exchanged only the last.
+    pub(crate) fn removable(&self) -> Vec<usize> {
+        let count = self.lobes.len();
+        let last_of_its_kind = |lobe: &usize| (lobe + 1..count).all(|other| !self.exchangeable(*lobe, other));
+        let lobes = (0..count).filter(|lobe| !self.is_absent(*lobe) && self.switches(*lobe).is_some());
+        lobes.filter(last_of_its_kind).collect()
+    }
+
+    /// The table of the sum without a lobe. If one lobe is left that reflects at a surface, its strength is 1.
+    pub(crate) fn without(&self, lobe: usize) -> Smaller {
+        let origins: Vec<usize> = (0..self.rows.len()).filter(|row| self.rows[*row].lobe != lobe).collect();
+        let place = |row: usize| origins.binary_search(&row).ok();
+        let mut table = self.clone();
+        table.lobes.remove(lobe);
+        table.kinds.remove(lobe);
+        table.places.remove(lobe);
+        table.strengths.remove(lobe);
+        table.products.retain(|product| product.lobe != lobe);
+        table.products.iter_mut().filter(|product| product.lobe > lobe).for_each(|product| product.lobe -= 1);
+        for row in table.places.iter_mut().flatten().flatten() {
+            *row = place(*row).unwrap_or_default();
+        }
+        table.rows = origins.iter().map(|row| self.rows[*row].clone()).collect();
+        for row in &mut table.rows {
+            row.lobe -= usize::from(row.lobe > lobe);
+            if let Status::Tied(to) = row.status {
+                row.status = place(to).map_or(Status::Free, Status::Tied);
+            }
+        }
+        let surfaces: Vec<usize> = (0..table.lobes.len())
+            .filter(|lobe| table.scale_of(*lobe).is_some() && table.has_width(*lobe))
+            .collect();
+        if let [only] = surfaces[..] {
+            let rows = table.places[only].concat();
+            for row in rows.into_iter().filter(|row| table.is_scale(*row)).collect::<Vec<_>>() {
+                let row = &mut table.rows[row];
+                if row.status == Status::Free && !row.given && !row.spec.fixed {
+                    (row.status, row.value, row.initial) =
+                        (Status::Fixed, row.spec.initial, row.spec.initial);
+                    row.spec.fixed = true;
+                }
+            }
+        }
+        table.list_free();
+        Smaller { table, origins }
+    }
+
+    /// This table with the values of a `smaller` one, and without any trace of the lobe that the smaller one lacks.
+    /// If the lobe's strength is free, it is 0 and remains free; otherwise the lobe is absent.
+    pub(crate) fn with_values_of(&self, smaller: &Smaller, lobe: usize) -> Self {
+        let mut table = self.clone();
+        for (row, origin) in smaller.table.rows.iter().zip(&smaller.origins) {
+            let target = &mut table.rows[*origin];
+            (target.value, target.initial) = (row.value, row.initial);
+            if row.status == Status::Absent {
+                target.status = Status::Absent;
+            }
+        }
+        let switches = self.switches(lobe).unwrap_or_default();
+        if switches.iter().any(|row| self.rows[*row].status == Status::Fixed) {
+            table.set_absent(lobe);
+        } else {
+            switches.into_iter().for_each(|row| table.rows[row].value = 0.0);
+            table.list_free();
+            table.follow();
+        }
+        table
+    }
+
+    /// Makes a lobe absent: its strength is 0, and its other parameters keep the values that they started from.
+    fn set_absent(&mut self, lobe: usize) {
+        for row in self.places[lobe].concat() {
+            let is_scale = self.is_scale(row);
+            let row = &mut self.rows[row];
+            row.status = Status::Absent;
+            row.value = if is_scale { 0.0 } else { row.initial };
+        }
+        self.list_free();
+        self.follow();
+    }
+
+    /// Makes those lobes absent whose scale is fitted and has become 0 in every channel. Returns whether there are any.
+    pub(crate) fn drop_absent_lobes(&mut self) -> bool {
+        let mut any = false;
+        for lobe in 0..self.lobes.len() {
+            let scales: Vec<usize> =
+                self.places[lobe].concat().into_iter().filter(|row| self.is_scale(*row)).collect();
+            let gone = |row: &usize| {
+                let row = &self.rows[*row];
+                row.status == Status::Free && row.value == 0.0
+            };
+            let is_tied_to =
+                |row: usize| matches!(self.rows[row].status, Status::Tied(to) if self.rows[to].lobe == lobe);
+            let has_followers =
+                (0..self.rows.len()).any(|row| self.rows[row].lobe != lobe && is_tied_to(row));
+            if !scales.is_empty() && scales.iter().all(gone) && !has_followers && self.lobes.len() > 1 {
+                self.set_absent(lobe);
+                any = true;
+            }
+        }
+        any
+    }
+}
