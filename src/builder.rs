@@ -388,6 +388,6 @@ impl FitBuilder<'_> {
             times: Times { read: 0.0, fit: seconds, total: seconds, threads },
             fitted: true,
         };
-        Report::new(self.measurement, self.model, fit, &circumstances)
+        Report::new(self.measurement, fit, &circumstances)
     }
 }

@@ -139,6 +139,8 @@ pub enum NameKind {
     Model,
     /// An option of a model, such as `d`.
     ModelOption,
+    /// An option of a model, or one of its parameters.
+    OptionOrParameter,
     /// A value of this option of a model.
     ValueOf(&'static str),
     /// A lobe of the expression.
@@ -156,6 +158,7 @@ impl fmt::Display for NameKind {
         f.write_str(match self {
             Self::Model => "a model",
             Self::ModelOption => "an option",
+            Self::OptionOrParameter => "an option or a parameter",
             Self::ValueOf(option) => option,
             Self::Lobe => "a lobe",
             Self::Parameter => "a parameter",

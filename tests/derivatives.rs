@@ -235,7 +235,7 @@ fn agree_with_num_dual() {
 #[test]
 #[ignore = "takes a minute"]
 fn agree_with_num_dual_in_many_cases() {
-    compare_with_num_dual(400);
+    compare_with_num_dual(120);
 }
 
 fn compare_with_num_dual(cases: usize) {
@@ -268,7 +268,7 @@ fn agree_with_central_differences() {
 #[test]
 #[ignore = "takes a minute"]
 fn agree_with_central_differences_in_many_cases() {
-    compare_with_central_differences(200);
+    compare_with_central_differences(60);
 }
 
 fn compare_with_central_differences(cases: usize) {

@@ -57,7 +57,7 @@ fn fitted(data: &Measurement, model: &str, options: &Options) -> Fit {
         times: Times::default(),
         fitted: true,
     };
-    let report = Report::new(data, &Expression::parse(model).unwrap(), &result, &circumstances);
+    let report = Report::new(data, &result, &circumstances);
     let text = table(&report);
     let spoken = text.split(|c: char| !c.is_ascii_alphabetic()).find(|word| matches!(*word, "NaN" | "inf"));
     assert!(spoken.is_none(), "{text}");

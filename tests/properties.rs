@@ -231,7 +231,7 @@ proptest! {
             times: Times::default(),
             fitted: false,
         };
-        let report = Report::new(&m, &expression, &fit, &circumstances);
+        let report = Report::new(&m, &fit, &circumstances);
         let written: serde_json::Value = serde_json::from_str(&serde_json::to_string(&report).unwrap()).unwrap();
         let schema = serde_json::to_value(schema()).unwrap();
         prop_assert!(jsonschema::is_valid(&schema, &written), "{}", written);

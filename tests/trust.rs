@@ -398,7 +398,7 @@ impl Study {
                     times: Times::default(),
                     fitted: true,
                 };
-                Report::new(&data, &expression, &result, &circumstances)
+                Report::new(&data, &result, &circumstances)
             })
         };
         (0..self.sets).map(run).collect()

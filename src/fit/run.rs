@@ -12,7 +12,7 @@ use super::verdict::warning::Warning;
 use crate::error::Error;
 use crate::measurement::{Measurement, Samples};
 use crate::model::{Expression, Role};
-use crate::parameters::{ParameterTable, Status};
+use crate::parameters::{ParameterTable, Status, written_inside};
 use crate::progress::Progress;
 use crate::solver::remembered::Remembered;
 use crate::solver::{
@@ -38,6 +38,7 @@ pub fn fit(
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
     // Select the samples to fit, those that are held out, and the groups to resample from.
+    let (expression, options) = &constrained(measurement, expression, options)?;
     let (samples, table) = prepare(measurement, expression, options)?;
     let (samples, held_out) = match options.hold_out {
         None => (samples, None),
@@ -133,6 +134,21 @@ fn move_to(solution: &mut Solution, problem: &ReflectanceProblem<'_>, table: &Pa
     solution.cost = solution.linearisation.cost;
 }
 
+/// The names of the channels of a measurement.
+fn channel_names(measurement: &Measurement) -> Vec<String> {
+    measurement.channels.iter().map(|channel| channel.name.clone()).collect()
+}
+
+/// The expression with the constraints of `options` written inside it, and the options with those that remain.
+fn constrained(
+    measurement: &Measurement,
+    expression: &Expression,
+    options: &Options,
+) -> Result<(Expression, Options), Error> {
+    let (expression, settings) = written_inside(expression, &options.settings, &channel_names(measurement))?;
+    Ok((expression, options.clone().with_settings(settings)))
+}
+
 /// Selects the samples and sets up the parameters according to the options.
 fn prepare(
     measurement: &Measurement,
@@ -141,7 +157,7 @@ fn prepare(
 ) -> Result<(Samples, ParameterTable), Error> {
     options.check()?;
     let samples = Samples::select(measurement, &options.filters)?;
-    let names: Vec<String> = measurement.channels.iter().map(|channel| channel.name.clone()).collect();
+    let names = channel_names(measurement);
     let table = ParameterTable::new(expression, &names, measurement.directions.is_grid(), &options.settings)?;
     Ok((samples, table))
 }
@@ -156,6 +172,7 @@ fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
 /// # Errors
 /// The errors of [`fit`].
 pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Options) -> Result<Fit, Error> {
+    let (expression, options) = &constrained(measurement, expression, options)?;
     let (samples, table) = prepare(measurement, expression, options)?;
     let rows = table.rows().iter().enumerate();
     let defaults: Vec<String> = rows

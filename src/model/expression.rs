@@ -2,10 +2,12 @@
 
 use super::registry::LobeCoefficients;
 use super::strength::{STRENGTH, Strength, added};
-use super::{AnyModel, BasisBlock, Choices, Derivatives, ParamSpec, REGISTRY};
+use super::{AnyModel, BasisBlock, Choices, Derivatives, ModelEntry, ParamSpec, REGISTRY};
 use crate::error::{Error, NameKind, excerpt};
 use crate::geometry::{Block, Directions, Geometry, Row};
 use crate::math::Scalar;
+use crate::parameters::Settings;
+use crate::parameters::in_expression::{self, LobeSetting, parameter_of};
 
 /// One model of a sum.
 #[derive(Clone, Debug)]
@@ -75,10 +77,12 @@ impl Lobe {
     }
 }
 
-/// A sum of models.
+/// A sum of models, and the constraints on their parameters that are written inside it.
 #[derive(Clone, Debug)]
 pub struct Expression {
     lobes: Vec<Lobe>,
+    /// In the order of lobes and parameters.
+    settings: Vec<LobeSetting>,
 }
 
 /// The values of a lobe's parameters in declared order, in formula units.
@@ -91,33 +95,48 @@ pub struct LobeValues<T = f64> {
 }
 
 impl Expression {
-    /// Parses an expression such as `lambert + cook-torrance(d=beckmann, g=v-cavity)`.
+    /// Parses an expression such as `lambert + cook-torrance(d=beckmann, g=v-cavity, m=0.2, f0=0.02..0.08, ks=free)`.
+    ///
+    /// Between the parentheses stand the choices of the model and constraints on its parameters: a value that fixes one, a
+    /// range that bounds it, `free`, `shared`, `per-channel`, or another parameter of the lobe that it is equal to. `f0[700]` or
+    /// `f0.r` is the parameter of one channel.
     ///
     /// # Errors
     /// [`Error::UnknownName`] or [`Error::Invalid`], naming the piece that is not understood.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let mut lobes: Vec<Lobe> = Vec::new();
-        for term in text.split('+') {
-            let term = term.trim();
-            let (name, given) = split_term(term)?;
-            let Some(entry) = REGISTRY.iter().find(|entry| entry.name == name) else {
-                let names: Vec<&str> = REGISTRY.iter().map(|entry| entry.name).collect();
-                return Err(Error::unknown("model", NameKind::Model, &names, name));
-            };
-            let (model, choices) = entry.build(&given)?;
+        let mut constraints: Vec<Given> = Vec::new();
+        for term in split_outside(text, '+') {
+            let (name, given) = split_term(term.trim())?;
+            let entry = entry_named(name)?;
+            let is_choice = |key: &str| entry.options.iter().any(|option| option.key == key);
+            let (choice, constraint): (Given, Given) = given.into_iter().partition(|(key, _)| is_choice(key));
+            let (model, choices) = entry.build(&choice)?;
+            let specs = model.parameters();
+            let is_parameter = |name: &str| name == STRENGTH || specs.iter().any(|spec| spec.name == name);
+            if let Some((key, _)) = constraint.iter().find(|(key, _)| !is_parameter(parameter_of(key))) {
+                let keys = entry.options.iter().map(|option| option.key);
+                let names: Vec<&str> = keys.chain(specs.iter().map(|spec| spec.name)).collect();
+                return Err(Error::unknown(entry.name, NameKind::OptionOrParameter, &names, key));
+            }
             let earlier = lobes.iter().filter(|lobe| lobe.model.name() == entry.name).count();
             let name = match earlier {
                 0 => entry.name.to_owned(),
                 n => format!("{}#{}", entry.name, n + 1),
             };
             lobes.push(Lobe { name, model, choices, has_added_strength: false });
+            constraints.push(constraint);
         }
         if lobes.len() > 1 {
             for lobe in &mut lobes {
                 lobe.has_added_strength = lobe.model.strength() == Strength::Missing;
             }
         }
-        Ok(Self { lobes })
+        let mut expression = Self { lobes, settings: Vec::new() };
+        for (index, given) in constraints.iter().enumerate() {
+            expression.constrain(index, given)?;
+        }
+        Ok(expression)
     }
 
     /// The models of the sum, in the order written.
@@ -138,13 +157,69 @@ impl Expression {
         if let [only] = lobes.as_mut_slice() {
             only.has_added_strength = false;
         }
-        Some(Self { lobes })
+        Some(Self { lobes, settings: Vec::new() })
     }
 
-    /// The expression with every choice spelled out.
+    /// The expression with every choice and every constraint spelled out.
     #[must_use]
     pub fn canonical(&self) -> String {
-        self.lobes.iter().map(Lobe::canonical).collect::<Vec<_>>().join(" + ")
+        let term = |(index, lobe): (usize, &Lobe)| {
+            let settings = self.settings.iter().filter(|setting| setting.lobe == index);
+            let inside: Vec<String> = std::iter::once(lobe.choices.text())
+                .filter(|text| !text.is_empty())
+                .chain(settings.map(ToString::to_string))
+                .collect();
+            match inside.join(", ") {
+                nothing if nothing.is_empty() => lobe.model.name().to_owned(),
+                inside => format!("{}({inside})", lobe.model.name()),
+            }
+        };
+        self.lobes.iter().enumerate().map(term).collect::<Vec<_>>().join(" + ")
+    }
+
+    /// The constraints written inside the expression.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a channel that cannot be part of a name.
+    pub fn settings(&self) -> Result<Settings, Error> {
+        let full = |setting: &LobeSetting| {
+            setting.full(self.lobes.get(setting.lobe).map_or("", |lobe| lobe.name.as_str()))
+        };
+        self.settings.iter().map(full).collect()
+    }
+
+    /// The same expression with other constraints written inside it.
+    #[must_use]
+    pub(crate) fn with_settings(&self, settings: Vec<LobeSetting>) -> Self {
+        let mut expression = Self { lobes: self.lobes.clone(), settings };
+        expression.sort_settings();
+        expression
+    }
+
+    /// Adds the constraints written inside a term.
+    fn constrain(&mut self, index: usize, given: &Given) -> Result<(), Error> {
+        let Some(lobe) = self.lobes.get(index) else { return Ok(()) };
+        let specs = lobe.parameters();
+        let names: Vec<&str> = specs.iter().map(|spec| spec.name).collect();
+        let mut settings = Vec::new();
+        for (key, value) in given {
+            if !names.contains(&parameter_of(key)) {
+                return Err(Error::unknown(lobe.name.as_str(), NameKind::Parameter, &names, key));
+            }
+            settings.extend(in_expression::parse(index, &lobe.name, &names, key, value)?);
+        }
+        self.settings.extend(settings);
+        self.sort_settings();
+        Ok(())
+    }
+
+    /// Puts constraints in the order of lobes and parameters; those of one parameter keep their order.
+    fn sort_settings(&mut self) {
+        let place = |setting: &LobeSetting| {
+            let specs = self.lobes.get(setting.lobe).map(Lobe::parameters).unwrap_or_default();
+            (setting.lobe, specs.iter().position(|spec| spec.name == setting.name))
+        };
+        self.settings.sort_by_cached_key(place);
     }
 
     /// Gives `bases` one entry per lobe, and makes the slow preparations in each for the shapes of every channel. `values` holds
@@ -242,6 +317,33 @@ impl std::str::FromStr for Expression {
 /// Choices as written: pairs of option and value.
 type Given = Vec<(String, String)>;
 
+fn entry_named(name: &str) -> Result<&'static ModelEntry, Error> {
+    REGISTRY.iter().find(|entry| entry.name == name).ok_or_else(|| {
+        let names: Vec<&str> = REGISTRY.iter().map(|entry| entry.name).collect();
+        Error::unknown("model", NameKind::Model, &names, name)
+    })
+}
+
+/// The pieces of a text between separators that do not stand in parentheses or brackets.
+fn split_outside(text: &str, separator: char) -> Vec<&str> {
+    let mut depth = 0_usize;
+    let mut pieces = Vec::new();
+    let mut start = 0;
+    for (place, c) in text.char_indices() {
+        match c {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth = depth.saturating_sub(1),
+            c if c == separator && depth == 0 => {
+                pieces.push(text.get(start..place).unwrap_or_default());
+                start = place + c.len_utf8();
+            }
+            _ => {}
+        }
+    }
+    pieces.push(text.get(start..).unwrap_or_default());
+    pieces
+}
+
 /// Splits `name(key=value, key=value)`.
 fn split_term(term: &str) -> Result<(&str, Given), Error> {
     let wrong = |expected: &str| Err(Error::invalid("model", expected, excerpt(term)));
@@ -257,9 +359,9 @@ fn split_term(term: &str) -> Result<(&str, Given), Error> {
     };
     let mut given = Vec::new();
     if !inside.trim().is_empty() {
-        for choice in inside.split(',') {
+        for choice in split_outside(inside, ',') {
             let Some((key, value)) = choice.split_once('=') else {
-                return wrong("choices such as 'd=ggx' between the parentheses");
+                return wrong("choices and constraints such as 'd=ggx' or 'm=0.2' between the parentheses");
             };
             given.push((key.trim().to_owned(), value.trim().to_owned()));
         }
@@ -285,15 +387,50 @@ mod tests {
     }
 
     #[test]
+    fn constraints_are_part_of_the_expression() {
+        let text = "lambert(kd.r=0.25) + cook-torrance(f0[700]=0.05, m=0.1..0.5, ks=free, d=ggx) \
+                    + ashikhmin-shirley(nv=nu, strength=0.5, rs=1e+0)";
+        let expression = Expression::parse(text).unwrap();
+        let canonical = expression.canonical();
+        assert_eq!(
+            canonical,
+            "lambert(kd.r=0.25) + cook-torrance(d=ggx, g=smith, f=schlick, m=0.1..0.5, f0[700]=0.05, ks=free) \
+             + ashikhmin-shirley(rs=1, nv=nu, strength=0.5)"
+        );
+        assert_eq!(Expression::parse(&canonical).unwrap().canonical(), canonical);
+        assert_eq!(expression.settings().unwrap().len(), 7);
+        // A metal's name is its colour.
+        let gold = Expression::parse("cook-torrance(f0=gold)").unwrap();
+        assert_eq!(gold.settings().unwrap().len(), 3);
+        assert!(gold.canonical().contains("f0.r="), "{}", gold.canonical());
+    }
+
+    /// A key would be ambiguous if it named both.
+    #[test]
+    fn no_parameter_has_the_name_of_an_option() {
+        for entry in REGISTRY {
+            for (model, _) in entry.variants() {
+                for spec in model.parameters() {
+                    assert!(entry.options.iter().all(|option| option.key != spec.name), "{}", entry.name);
+                }
+            }
+        }
+    }
+
+    #[test]
     fn mistakes_are_named() {
         for (text, words) in [
             ("", "joined by '+'"),
             ("lambert +", "joined by '+'"),
             ("lambrt", "found 'lambrt'"),
-            ("lambert(d=ggx)", "no options"),
+            ("lambert(d=ggx)", "found 'd'"),
+            ("lambert(kd=nan)", "with numbers"),
+            ("lambert(kd=0.5..)", "with numbers"),
+            ("cook-torrance(p=1)", "an option or a parameter"),
+            ("cook-torrance(f0[700=0.2)", "expected a name"),
             ("cook-torrance(d=ggy)", "found 'ggy'"),
             ("cook-torrance(d=ggx, d=ggx)", "found it twice"),
-            ("cook-torrance(ggx)", "choices such as"),
+            ("cook-torrance(ggx)", "such as"),
             ("cook-torrance(d=ggx", "')' at the end"),
         ] {
             let message = Expression::parse(text).unwrap_err().to_string();

@@ -73,6 +73,23 @@ impl ParameterTable {
         own.any(|row| row.spec.role == Role::Shape && row.status == Status::Free)
     }
 
+    /// Whether both factors of some product are free.
+    pub(crate) fn has_free_products(&self) -> bool {
+        let is_free = |lobe: usize, parameter: usize| {
+            self.places[lobe][parameter].iter().any(|row| self.rows[*row].status == Status::Free)
+        };
+        self.products
+            .iter()
+            .any(|product| is_free(product.lobe, product.first) && is_free(product.lobe, product.second))
+    }
+
+    /// Whether the fit can take the strength of a lobe to 0 by small steps.
+    pub(crate) fn vanishes_gradually(&self, lobe: usize) -> bool {
+        let of_lobe = self.places[lobe].iter().flatten();
+        self.scale_of(lobe).is_none()
+            || of_lobe.into_iter().any(|row| self.is_scale(*row) && self.rows[*row].status == Status::Free)
+    }
+
     /// The lobes without which the sum could be fitted, of lobes that may be exchanged only the last.
     pub(crate) fn removable(&self) -> Vec<usize> {
         let count = self.lobes.len();

@@ -5,6 +5,8 @@
 #![allow(clippy::indexing_slicing)]
 
 mod absence;
+mod constraints;
+pub(crate) mod in_expression;
 mod order;
 mod row;
 mod selector;
@@ -13,6 +15,8 @@ mod strengths;
 mod table;
 
 pub(crate) use absence::Smaller;
+pub use constraints::applies;
+pub(crate) use constraints::written_inside;
 pub use row::{ParameterRow, ParameterValue, Status};
 pub use selector::{Selector, Setting, Settings, channel_suffix};
 pub use settings::{SettingTexts, ranges, values};

@@ -1,5 +1,6 @@
 //! The parameters of an expression for given channels: their values, their bounds, and which of them the fit moves.
 
+use super::constraints::check_contradictions;
 use super::row::{ParameterRow, ParameterValue, Status};
 use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
 use super::strengths::free_scales_of_several;
@@ -38,7 +39,7 @@ pub struct Product {
 }
 
 impl ParameterTable {
-    /// Creates the table of the parameters of `expression` for `channels`, with the user's `settings`. `isotropic`
+    /// Creates the table of the parameters of `expression` for `channels`, with the constraints inside it and in `settings`. `isotropic`
     /// data do not contain the half vector's azimuth, so parameters that only it tells apart are tied.
     ///
     /// # Errors
@@ -50,6 +51,8 @@ impl ParameterTable {
         isotropic: bool,
         settings: &Settings,
     ) -> Result<Self, Error> {
+        let settings = &[expression.settings()?, settings.clone()].concat();
+        check_contradictions(expression, settings, channels)?;
         let lobes: Vec<String> = expression.lobes().iter().map(|lobe| lobe.name.clone()).collect();
         let mut specs: Vec<Vec<ParamSpec>> = expression.lobes().iter().map(Lobe::parameters).collect();
         let strengths: Vec<Strength> = expression.lobes().iter().map(Lobe::strength).collect();

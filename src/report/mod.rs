@@ -25,7 +25,6 @@ pub use text::table;
 use crate::error::Error;
 use crate::fit::{Fit, Metric};
 use crate::measurement::Measurement;
-use crate::model::Expression;
 use crate::parameters::{ParameterRow, ParameterTable, Product, Status};
 use record::finite;
 use serde::Serialize;
@@ -48,12 +47,7 @@ pub struct Circumstances {
 impl Report {
     /// Creates the report of a fit.
     #[must_use]
-    pub fn new(
-        measurement: &Measurement,
-        expression: &Expression,
-        fit: &Fit,
-        circumstances: &Circumstances,
-    ) -> Self {
+    pub fn new(measurement: &Measurement, fit: &Fit, circumstances: &Circumstances) -> Self {
         let table = &fit.table;
         let wavelengths: Vec<f64> = measurement.channels.iter().filter_map(|c| c.wavelength_nm).collect();
         let channels: Vec<String> = table.channels().to_vec();
@@ -61,7 +55,7 @@ impl Report {
         Self {
             schema: SCHEMA.into(),
             version: env!("CARGO_PKG_VERSION").into(),
-            model: expression.canonical(),
+            model: fit.model.canonical(),
             data: Data {
                 path: measurement.source.path.display().to_string(),
                 format: measurement.source.format.into(),

@@ -310,7 +310,7 @@ fn report_names_and_states() {
     let report = folder.brdfit(line).json();
     assert_eq!(
         report["model"],
-        "lambert + cook-torrance(d=beckmann, g=smith, f=schlick) + cook-torrance(d=ggx, g=smith, f=schlick)"
+        "lambert + cook-torrance(d=beckmann, g=smith, f=schlick, ks=1) + cook-torrance(d=ggx, g=smith, f=schlick, ks=1)"
     );
     let lobes: Vec<&str> =
         report["parameters"].as_array().unwrap().iter().map(|p| p["lobe"].as_str().unwrap()).collect();
@@ -400,4 +400,35 @@ fn reports_of_earlier_versions_are_read() {
     let folder = Folder::new();
     folder.write("earlier.json", &text);
     folder.brdfit("check earlier.json").good();
+}
+
+/// Settings are part of the model line, which alone makes the same report.
+#[test]
+fn the_model_line_reproduces_the_report() {
+    let folder = Folder::new();
+    let made = "synth -m 'lambert + cook-torrance' --set kd=0.2 m=0.3 f0=0.06 --directions 60 --noise 0.02 --seed 1 -o a.csv";
+    folder.brdfit(made).good();
+    let report = |model: &str, options: &str| {
+        let run = folder.brdfit(&format!("fit a.csv -m '{model}' {options} --json"));
+        assert!(matches!(run.code, Some(0 | 1)), "{run:?}");
+        let mut report = run.json();
+        report.as_object_mut().unwrap().remove("time_s");
+        report["options"].as_object_mut().unwrap().remove("parameters");
+        report
+    };
+    let models = brdfit::model::REGISTRY.iter().map(|entry| (entry.name, ""));
+    let sums = [
+        (
+            "lambert + cook-torrance + cook-torrance",
+            "--fix cook-torrance.m=0.3 --bounds cook-torrance#2.m=0.05..0.9",
+        ),
+        ("lambert + cook-torrance(d=beckmann, m=0.3)", "--free ks --fix kd=0.2 f0.f=0.05"),
+        ("eon(r=0.2..0.4) + ashikhmin-shirley(nv=nu)", "--free strength"),
+        ("lambert + ashikhmin-shirley", "--tie nv=nu --shared rd"),
+    ];
+    for (model, options) in models.chain(sums) {
+        let first = report(model, options);
+        let line = first["model"].as_str().unwrap();
+        assert_eq!(report(line, ""), first, "{line}");
+    }
 }

@@ -324,7 +324,7 @@ pub fn report(bytes: &[u8]) {
         times: Times::default(),
         fitted: false,
     };
-    let report = Report::new(&m, &expression, &fit, &circumstances);
+    let report = Report::new(&m, &fit, &circumstances);
     let written = check_json(&serde_json::to_string_pretty(&report).expect("a report can be written"));
     let again: Report = serde_json::from_value(written.clone()).expect("a report can be read");
     assert_eq!(serde_json::to_value(&again).expect("and written again"), written);

@@ -46,7 +46,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             let expression = Expression::parse(text)?;
             let set = values(OptionName::Set, &arguments.set, Setting::Set)?;
             let settings = [ranges(&arguments.bounds)?, set].concat();
-            let table = ParameterTable::new(&expression, &channels(&settings, false)?, false, &settings)?;
+            let channels = channels(&[expression.settings()?, settings.clone()].concat(), false)?;
+            let table = ParameterTable::new(&expression, &channels, false, &settings)?;
             let path = PathBuf::from(expression.canonical());
             of_model(arguments, &expression, &table, None, &path)
         }

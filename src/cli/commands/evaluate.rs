@@ -3,6 +3,7 @@
 use crate::cli::messages::{say, show};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::report::ReportArguments;
+use crate::cli::options::settings::is_file;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
 use brdfit::Error;
@@ -66,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
         fitted: false,
     };
-    let report = Report::new(&measurement, &expression, &result, &circumstances);
+    let report = Report::new(&measurement, &result, &circumstances);
     let text = json(&report)?;
     if arguments.report.json_alone() {
         say(&text)?;
@@ -88,7 +89,7 @@ fn options_as_given(bounds: &[String], set: &[String]) -> Vec<String> {
 fn input_and_settings(arguments: &Arguments) -> Result<(PathBuf, &[String]), Error> {
     match (&arguments.input, arguments.set.split_last()) {
         (Some(input), _) => Ok((input.clone(), &arguments.set)),
-        (None, Some((last, rest))) if !last.contains('=') => Ok((PathBuf::from(last), rest)),
+        (None, Some((last, rest))) if is_file(last) => Ok((PathBuf::from(last), rest)),
         _ => Err(Error::invalid("INPUT", "a measurement to evaluate", "none")),
     }
 }

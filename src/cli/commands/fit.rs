@@ -2,7 +2,7 @@
 
 use super::fit_outputs::Outputs;
 use super::read_ahead::{Input, read_ahead};
-use crate::cli::messages::{complain, message, say, show};
+use crate::cli::messages::{complain, message, remark, say, show};
 use crate::cli::options::fitting::FittingArguments;
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::loss::LossArguments;
@@ -16,6 +16,7 @@ use brdfit::Error;
 use brdfit::error::OptionName;
 use brdfit::fit::Options;
 use brdfit::model::Expression;
+use brdfit::parameters::{Settings, applies};
 use brdfit::progress::Progress;
 use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
 use brdfit::solver::Termination;
@@ -29,7 +30,11 @@ use std::time::{Duration, Instant};
 /// Arguments of `brdfit fit`.
 #[derive(Args)]
 pub struct Arguments {
-    #[arg(required = true, value_name = "INPUT", help = measurement_help("Measurements to fit"))]
+    #[arg(
+        value_name = "INPUT",
+        help = measurement_help("Measurements to fit"),
+        required_unless_present_any = ["fix", "init", "bounds", "tie"]
+    )]
     inputs: Vec<PathBuf>,
     /// Fit this model, such as 'lambert + cook-torrance(d=beckmann)'; repeat the option to rank several
     #[arg(short, long = "model", required = true, value_name = "EXPR")]
@@ -59,24 +64,30 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let expressions: Vec<Expression> =
         arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
     let started = Instant::now();
+    let inputs: Vec<PathBuf> = arguments.settings.files().chain(arguments.inputs.iter().cloned()).collect();
+    if inputs.is_empty() {
+        return Err(Error::invalid("INPUT", "a measurement to fit", "none"));
+    }
     let options = options(arguments, started)?;
-    arguments.report.check_inputs(&arguments.inputs)?;
+    arguments.report.check_inputs(&inputs)?;
     arguments.read.check()?;
-    let outputs = Outputs::open(arguments.report.file(), &arguments.inputs)?;
+    let outputs = Outputs::open(arguments.report.file(), &inputs)?;
     listen_for_interrupts(&options.stop.clone().unwrap_or_default());
+    let options = options_of_each(&expressions, &options);
     let pool = threads(arguments.threads.unwrap_or(0))?;
     // One thread reads and one hashes, in addition to those that fit.
     let reading = threads(pool.current_num_threads().min(2))?;
-    let fits = arguments.inputs.len() * expressions.len();
+    let fits = inputs.len() * expressions.len();
     let run = Run {
         arguments,
+        inputs: &inputs,
         expressions: &expressions,
         options: &options,
         outputs: &outputs,
         bar: Arc::new(Bar::new(fits, arguments.report.quiet())),
     };
     let done = reading.in_place_scope(|scope| {
-        let measurements = read_ahead(scope, &arguments.read, &arguments.inputs);
+        let measurements = read_ahead(scope, &arguments.read, &inputs);
         // All inputs run on one thread of the pool, which frees one fit's memory before it allocates the next one's.
         // An allocator with an arena per thread, such as glibc's, would otherwise keep memory in every arena used.
         pool.install(|| run.every_input(measurements))
@@ -126,6 +137,28 @@ fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
     arguments.fitting.apply(arguments.loss.apply(options)?)
 }
 
+/// The options for each expression. A constraint that only some of the models have is for those, with a remark.
+fn options_of_each(expressions: &[Expression], options: &Options) -> Vec<Options> {
+    let mut settings = vec![Settings::new(); expressions.len()];
+    for constraint in &options.settings {
+        let has = |expression: &Expression| applies(expression, constraint);
+        let nowhere = !expressions.iter().any(has);
+        let mut without: Vec<String> = Vec::new();
+        for (expression, settings) in expressions.iter().zip(&mut settings) {
+            // What no model has is a mistake, which the fit names.
+            if nowhere || has(expression) {
+                settings.push(constraint.clone());
+            } else {
+                without.push(format!("'{}'", expression.canonical()));
+            }
+        }
+        if !without.is_empty() {
+            remark(&format!("note: '{}' is not a parameter of {}", constraint.0, without.join(" or ")));
+        }
+    }
+    settings.into_iter().map(|settings| options.clone().with_settings(settings)).collect()
+}
+
 /// Makes the first Ctrl-C stop the fit with the best parameters so far, and the second end the program.
 fn listen_for_interrupts(stop: &Arc<AtomicBool>) {
     let stop = Arc::clone(stop);
@@ -140,8 +173,10 @@ fn listen_for_interrupts(stop: &Arc<AtomicBool>) {
 /// The fits of one command.
 struct Run<'a> {
     arguments: &'a Arguments,
+    inputs: &'a [PathBuf],
     expressions: &'a [Expression],
-    options: &'a Options,
+    /// The options of each expression.
+    options: &'a [Options],
     outputs: &'a Outputs,
     bar: Arc<Bar>,
 }
@@ -158,13 +193,14 @@ struct Done {
 impl Run<'_> {
     /// Whether there is one input and one expression.
     fn single(&self) -> bool {
-        self.arguments.inputs.len() == 1 && self.expressions.len() == 1
+        self.inputs.len() == 1 && self.expressions.len() == 1
     }
 
     /// Why no further input may be started. `None` if one may.
     fn over(&self) -> Option<Termination> {
-        let stopped = self.options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
-        let late = self.options.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        let options = self.options.first()?;
+        let stopped = options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let late = options.deadline.is_some_and(|deadline| Instant::now() >= deadline);
         stopped.then_some(Termination::Interrupted).or(late.then_some(Termination::Timeout))
     }
 
@@ -172,7 +208,7 @@ impl Run<'_> {
     /// fitted, as well as the time allows.
     fn every_input(&self, measurements: Receiver<Result<Input, Error>>) -> Result<Done, Error> {
         let mut done = Done { usable: true, ..Done::default() };
-        let inputs = &self.arguments.inputs;
+        let inputs = self.inputs;
         let failure =
             |path: &Path, error: &str| Failure { path: path.display().to_string(), error: error.to_owned() };
         for (index, path) in inputs.iter().enumerate() {
@@ -212,9 +248,9 @@ impl Run<'_> {
 
     /// Fits every expression to one input.
     fn one_input(&self, input: &Input) -> Result<Vec<Report>, Error> {
-        let Self { arguments, options, .. } = self;
+        let Self { arguments, .. } = self;
         let Input { measurement, seconds: read } = input;
-        let fit_one = |expression| {
+        let fit_one = |(expression, options): (&Expression, &Options)| {
             let fitting = Instant::now();
             let progress: Arc<dyn Progress> = Arc::clone(&self.bar) as Arc<dyn Progress>;
             let fitted = arguments.fitting.fit(measurement, expression, options, &progress)?;
@@ -234,9 +270,9 @@ impl Run<'_> {
                 fitted: true,
             };
             self.bar.fitted();
-            Ok(Report::new(measurement, expression, &fitted, &circumstances))
+            Ok(Report::new(measurement, &fitted, &circumstances))
         };
-        self.expressions.iter().map(fit_one).collect()
+        self.expressions.iter().zip(self.options).map(fit_one).collect()
     }
 
     /// Shows the reports of one input.

@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let max_theta = checked_max_theta(arguments.max_theta)?;
     let noise = Noise { relative: arguments.noise, absolute: arguments.noise_abs };
     let on_grid = arguments.place.grid == Some(Grid::Merl);
-    let channels = channels(&settings, on_grid)?;
+    let channels = channels(&[expression.settings()?, settings.clone()].concat(), on_grid)?;
     let table = ParameterTable::new(&expression, &channels, on_grid, &settings)?;
 
     if on_grid && to_stdout(&arguments.output) {

@@ -3,24 +3,25 @@
 use crate::cli::messages::typed;
 use brdfit::parameters::SettingTexts;
 use clap::Args;
+use std::path::{Path, PathBuf};
 
 /// The options that fix, start, bound, free, tie and share parameters.
 #[derive(Args)]
 pub struct SettingArguments {
-    /// Fix a parameter at a value; repeat the option for several parameters
-    #[arg(long, value_name = "P=V")]
+    /// Fix parameters at values
+    #[arg(long, value_name = "P=V", num_args = 1..)]
     fix: Vec<String>,
-    /// Start a parameter from a value
-    #[arg(long, value_name = "P=V")]
+    /// Start parameters from values
+    #[arg(long, value_name = "P=V", num_args = 1..)]
     init: Vec<String>,
-    /// Bound a parameter by two values
-    #[arg(long, value_name = "P=LO..HI")]
+    /// Bound parameters by two values each
+    #[arg(long, value_name = "P=LO..HI", num_args = 1..)]
     bounds: Vec<String>,
     /// Fit a parameter that is fixed by default
     #[arg(long, value_name = "P")]
     free: Vec<String>,
-    /// Make a parameter equal to another
-    #[arg(long, value_name = "P=Q")]
+    /// Make parameters equal to others
+    #[arg(long, value_name = "P=Q", num_args = 1..)]
     tie: Vec<String>,
     /// Give a parameter one value per channel
     #[arg(long, value_name = "P")]
@@ -40,16 +41,30 @@ impl SettingArguments {
             .collect()
     }
 
+    /// Files that stand behind these options: in `--fix m=0.2 FILE` the parser takes FILE for another value.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let texts = [&self.fix, &self.init, &self.bounds, &self.tie].into_iter().flatten();
+        texts.filter(|text| is_file(text)).map(PathBuf::from)
+    }
+
     /// The options as given.
     pub fn texts(&self) -> SettingTexts {
+        let settings = |texts: &[String]| texts.iter().filter(|text| !is_file(text)).cloned().collect();
         SettingTexts {
-            fix: self.fix.clone(),
-            init: self.init.clone(),
-            bounds: self.bounds.clone(),
+            fix: settings(&self.fix),
+            init: settings(&self.init),
+            bounds: settings(&self.bounds),
             free: self.free.clone(),
-            tie: self.tie.clone(),
+            tie: settings(&self.tie),
             per_channel: self.per_channel.clone(),
             shared: self.shared.clone(),
         }
     }
+}
+
+/// Whether a value of an option about parameters is a file: it names a folder before any `=`, as in `./a=b.csv`, or it has
+/// no `=` and exists.
+pub fn is_file(text: &str) -> bool {
+    let (before, rest) = text.split_once('=').map_or((text, None), |(before, rest)| (before, Some(rest)));
+    before.contains(std::path::is_separator) || (rest.is_none() && Path::new(text).exists())
 }

@@ -50,10 +50,12 @@ struct Polished {
 pub(super) const SCAN_SAMPLES: usize = 800;
 /// Number of iterations for which a candidate is polished.
 pub(super) const POLISH_ITERATIONS: u64 = 150;
-/// Number of iterations after which, with one shape, only candidates near the lowest cost are continued.
+/// Number of iterations after which only candidates near the lowest cost are continued.
 pub(super) const SHORT_POLISH: u64 = 25;
 /// A cost is near the lowest if it exceeds it by no more than this fraction.
 const HOPEFUL: f64 = 0.2;
+/// The same with several shapes, where a slow descent may yet lead to the lowest minimum.
+const HOPEFUL_IN_SPACE: f64 = 1.0;
 /// Starts whose costs agree within this fraction have found the same minimum.
 const SAME_MINIMUM: f64 = 1e-6;
 /// Minima whose costs on part of the samples exceed the lowest by no more than this fraction are compared again on
@@ -128,21 +130,18 @@ impl Task<'_> {
             Ok(Polished { from: from.clone(), solution, to })
         };
 
-        // With several shapes even a slow descent may lead to the lowest minimum, so all candidates are continued to
-        // the end.
-        let at_first = if scan.axes == 1 { SHORT_POLISH } else { POLISH_ITERATIONS };
         let candidates = scan.candidates.par_iter();
         let first: Result<Vec<Polished>, Error> =
-            candidates.map(|candidate| polish(&candidate.table, at_first)).collect();
+            candidates.map(|candidate| polish(&candidate.table, SHORT_POLISH)).collect();
         let first = first?;
 
-        // With one shape only those near the lowest cost are continued.
+        // Only those near the lowest cost are continued.
         let lowest = first.iter().map(|end| end.solution.cost).fold(f64::INFINITY, f64::min);
-        let left = POLISH_ITERATIONS - at_first;
+        let hopeful = if scan.axes > 1 { HOPEFUL_IN_SPACE } else { HOPEFUL };
         let go_on = |end: Polished| -> Result<Polished, Error> {
-            let unfinished = left > 0 && end.solution.termination == Termination::IterationLimit;
-            if unfinished && end.solution.cost <= (1.0 + HOPEFUL) * lowest {
-                Ok(Polished { from: end.from, ..polish(&end.to, left)? })
+            let unfinished = end.solution.termination == Termination::IterationLimit;
+            if unfinished && end.solution.cost <= (1.0 + hopeful) * lowest {
+                Ok(Polished { from: end.from, ..polish(&end.to, POLISH_ITERATIONS - SHORT_POLISH)? })
             } else {
                 Ok(end)
             }

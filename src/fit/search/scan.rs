@@ -37,6 +37,9 @@ const STARTS_ON_A_LINE: usize = 5;
 const STARTS_IN_SPACE: usize = 8;
 /// Largest number of iterations to solve the amplitudes at a point: products of amplitudes may take this many.
 const ITERATIONS: u64 = 40;
+/// The same where the strength of a lobe is the product of two free amplitudes: then a point takes many iterations to
+/// the last digit of a valley that the next stage follows anyway, and few to the valley.
+const ITERATIONS_TO_A_VALLEY: u64 = 10;
 /// Number of iterations, in a scan along one shape, after which only the promising points are continued: a line hides
 /// nothing. With more shapes the way to the best minimum may begin at any point, and each gets all of [`ITERATIONS`].
 const FIRST_ITERATIONS: u64 = 6;
@@ -218,7 +221,8 @@ impl Scanner<'_> {
         let candidates = if on_a_line {
             self.solve_the_promising(places)?
         } else {
-            self.solve_all(&self.samples.some, places, ITERATIONS)?
+            let iterations = if table.has_free_products() { ITERATIONS_TO_A_VALLEY } else { ITERATIONS };
+            self.solve_all(&self.samples.some, places, iterations)?
         };
         let wanted = if axes.len() < 2 { STARTS_ON_A_LINE } else { STARTS_IN_SPACE };
         let chosen = choose(&points, &candidates, axes.len(), wanted);

@@ -49,7 +49,8 @@ impl Task<'_> {
         let removable = table.removable();
         let (start, outcome) = self.search(table.clone())?;
         let perfect = PERFECT * self.observe(samples).magnitude2();
-        let margin = if self.samples.len() > POLISH_SAMPLES { CLOSE_RACE } else { 0.0 };
+        let partial = self.samples.len() > POLISH_SAMPLES;
+        let margin = if partial { CLOSE_RACE } else { 0.0 };
         let mut best =
             Found { cost: self.cost_on(samples, &start, outcome.objective), table: start, outcome };
         for lobe in removable.into_iter().filter(|lobe| *lobe >= first) {
@@ -57,13 +58,17 @@ impl Task<'_> {
             if best.cost <= perfect {
                 break;
             }
+            // Many samples leave no time to search again what the search of the whole sum has scanned.
+            let scanned = !table.has_free_shapes(lobe);
+            if partial && scanned && table.vanishes_gradually(lobe) {
+                continue;
+            }
             let mut smaller = table.without(lobe);
             let task = self.of(&expression);
-            let starts = if table.has_free_shapes(lobe) {
-                task.short_scan(&smaller.table, best.outcome.objective)?
-            } else {
-                // The search of the whole sum has scanned the same shapes.
+            let starts = if scanned {
                 vec![best.table.without(lobe).table]
+            } else {
+                task.short_scan(&smaller.table, best.outcome.objective)?
             };
             if task.probe(starts, samples, best.outcome.objective)? > PROMISING * best.cost {
                 continue;
