@@ -298,15 +298,18 @@ class Lobe:
 
 
 def parse_expression(text):
-    """`lambert + cook-torrance(d=ggx, g=smith)` -> list of Lobe."""
+    """`lambert + cook-torrance(d=ggx, g=smith)` -> list of Lobe. Constraints on parameters, such as ks=free, are left out."""
+    choices = {key for _, options in MODELS.values() for key in options}
     lobes, seen = [], {}
-    for term in text.split("+"):
+    for term in re.split(r"\+(?![^(]*\))", text):
         match = re.fullmatch(r"\s*([a-z0-9-]+)\s*(?:\(([^)]*)\))?\s*", term)
         if not match or match[1] not in MODELS:
             raise ValueError(f"cannot read the term '{term.strip()}' of the model '{text}'")
         options = dict(MODELS[match[1]][1])
         for item in filter(None, (part.strip() for part in (match[2] or "").split(","))):
             key, _, value = (part.strip() for part in item.partition("="))
+            if key not in choices:
+                continue
             if key not in options:
                 raise ValueError(f"this script knows no option '{key}' of {match[1]}")
             options[key] = value

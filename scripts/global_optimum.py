@@ -379,7 +379,8 @@ class Case:
     def options(self):
         lobes = self.model.split(" + ")[1:]
         names = ["cook-torrance.ks", "cook-torrance#2.ks"][: len(lobes)]
-        free = [text for name in names for text in ("--free", name)] if self.ks_free else []
+        settings = [("--free", name) if self.ks_free else ("--fix", f"{name}=1") for name in names]
+        free = [text for setting in settings for text in setting]
         return ["-m", self.model, "--metric", self.metric, "--weights", "uniform", *free]
 
 

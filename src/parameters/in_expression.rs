@@ -62,7 +62,7 @@ impl LobeSetting {
     /// # Errors
     /// [`Error::Invalid`] for a channel that cannot be part of a name.
     pub(crate) fn full(&self, lobe_name: &str) -> Result<(Selector, Setting), Error> {
-        let channel = self.channel.as_ref().map(|channel| format!("[{channel}]")).unwrap_or_default();
+        let channel = self.channel.as_deref().map(channel_suffix).unwrap_or_default();
         Ok((Selector::parse(&format!("{lobe_name}.{}{channel}", self.name))?, self.setting.clone()))
     }
 }

@@ -394,3 +394,53 @@ fn thread_count_does_not_change_a_large_fit() {
     let one = run(1);
     assert!(one == run(2) && one == run(5), "the reports differ");
 }
+
+/// Every way to give a constraint is the same constraint.
+#[test]
+fn constraints_inside_the_expression_and_as_options_are_the_same() {
+    let folder = laboratory();
+    let value = |line: &str| {
+        let report = folder.brdfit(&format!("{line} --json")).json();
+        (report["model"].clone(), report["errors"].clone(), report["termination"]["reason"].clone())
+    };
+    let first = value("fit a.csv -m 'lambert + cook-torrance(m=0.2, ks=free)'");
+    for line in [
+        "fit a.csv -m 'lambert + cook-torrance' --fix m=0.2 --free ks",
+        "fit -m 'lambert + cook-torrance' --free ks --fix m=0.2 a.csv",
+        "fit -m 'lambert + cook-torrance(ks=free)' a.csv --fix m=0.2",
+    ] {
+        assert_eq!(value(line), first, "{line}");
+    }
+    let both = value("fit -m 'lambert + cook-torrance' --fix m=0.2 kd=0.1 a.csv");
+    assert_eq!(both, value("fit a.csv -m 'lambert(kd=0.1) + cook-torrance(m=0.2)'"));
+    // A file whose name holds an equals sign is written with its folder.
+    std::fs::copy(folder.path("a.csv"), folder.path("a=b.csv")).unwrap();
+    folder.brdfit("fit -m lambert --fix kd=0.1 ./a=b.csv").good();
+    // Constraints that contradict each other are refused, wherever they stand.
+    for line in [
+        "fit a.csv -m 'lambert(kd=0.1)' --fix kd=0.2",
+        "fit a.csv -m 'lambert(kd=0.1, kd=free)'",
+        "fit a.csv -m lambert --fix kd=0.1 --free kd",
+        "fit a.csv -m lambert --bounds kd=0..0.5 kd=0..0.6",
+        "evaluate a.csv -m 'lambert(kd=0.1)' --set kd=0.2",
+    ] {
+        let run = folder.brdfit(line);
+        assert!(run.code == Some(2) && run.stderr.contains("contradict each other"), "{line}: {run:?}");
+    }
+}
+
+/// Several models carry their own constraints, and an option is for those models that have the parameter.
+#[test]
+fn models_with_constraints_of_their_own_are_ranked_together() {
+    let folder = laboratory();
+    let line = "fit a.csv -m 'lambert(kd=0.1)' -m lambert -m 'lambert + phong' --fix n=20 --json";
+    let run = folder.brdfit(line);
+    assert_eq!(run.stderr.lines().filter(|line| line.starts_with("note: ")).count(), 1, "{run:?}");
+    assert!(run.stderr.contains("note: 'n' is not a parameter of 'lambert(kd=0.1)' or 'lambert'"), "{run:?}");
+    let reports = run.json();
+    let models: Vec<&str> =
+        reports["reports"].as_array().unwrap().iter().map(|r| r["model"].as_str().unwrap()).collect();
+    assert_eq!(models, ["lambert(kd=0.1)", "lambert", "lambert + phong(n=20)"]);
+    let run = folder.brdfit("fit a.csv -m lambert -m oren-nayar --fix q=20");
+    assert!(run.code == Some(2) && run.stderr.contains("found 'q'"), "{run:?}");
+}

@@ -1,0 +1,72 @@
+"""Fits one and two lobes to every measurement at hand, and compares the errors.
+
+Prints the table of docs/trust/nesting.md, and fails if two lobes are worse than one anywhere.
+"""
+
+import argparse
+import itertools
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ONE = "lambert + cook-torrance"
+TWO = f"{ONE} + cook-torrance"
+MOST_SAMPLES = 100_000
+"""Samples per fit: enough for any table, and few enough for all materials in minutes."""
+
+
+def merl_tables(npz, tool, folder):
+    """Makes MERL tables of the networks in a file, one at a time, and yields their paths."""
+    import numpy
+
+    names = sorted({key.split("/")[0] for key in numpy.load(npz).files})
+    for name in names:
+        path = Path(folder) / f"{name}.binary"
+        done = subprocess.run([sys.executable, tool, npz, name, path], capture_output=True, text=True)
+        if done.returncode == 0:
+            yield path
+            path.unlink()
+
+
+def fit(brdfit, path, model, hold_out):
+    """The error of a fit in cbrt: on the samples fitted, or on those held out."""
+    more = ["--hold-out", "0.2"] if hold_out else []
+    command = [brdfit, "fit", path, "-m", model, "--samples", str(MOST_SAMPLES), "--json", *more]
+    done = subprocess.run(command, capture_output=True, text=True)
+    report = json.loads(done.stdout)
+    return (report["selection"]["held_out"] if hold_out else report["errors"])["cbrt"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--brdfit", required=True, help="the program")
+    parser.add_argument("--shared", default="../shared", type=Path, help="the folder with measurements")
+    arguments = parser.parse_args()
+    worse, ratios = [], []
+    print("| material | one lobe | two lobes | ratio | held out: ratio |\n|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        data = arguments.shared / "data"
+        tool = arguments.shared / "tools" / "nbrdf_to_merl.py"
+        cornell = sorted((data / "cornell").glob("*.brdf"))
+        tables = (path for npz in sorted((data / "nbrdf").glob("*.npz")) for path in merl_tables(npz, tool, folder))
+        for path in itertools.chain(cornell, tables):
+            one, two = (fit(arguments.brdfit, path, model, False) for model in (ONE, TWO))
+            try:
+                held_one, held_two = (fit(arguments.brdfit, path, model, True) for model in (ONE, TWO))
+                held = f"{held_two / held_one:.3f}"
+            except (KeyError, TypeError, json.JSONDecodeError):
+                held = "-"
+            print(f"| {path.stem} | {one:.5f} | {two:.5f} | {two / one:.3f} | {held} |", flush=True)
+            ratios.append(two / one)
+            if two > one * (1 + 1e-9):
+                worse.append(path.stem)
+    mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
+    print(f"\n{len(ratios)} materials, geometric mean of the ratios {mean:.3f}; worse with two lobes: {', '.join(worse) or 'none'}")
+    return 1 if worse else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
