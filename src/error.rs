@@ -291,10 +291,23 @@ impl Error {
                 format!("{}: expected {expected}, found {found}", called(subject))
             }
             Self::UnknownName { subject, kind, known, name } => {
-                let (subject, known_names) = (called(subject), listed(known));
+                /// With more names than this, only the nearest are listed.
+                const MANY: usize = 24;
+                let subject = called(subject);
                 let hint =
                     nearest(name, known).map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
-                format!("{subject}: expected {kind} among {known_names}, found {}{hint}", excerpt(name))
+                let found = excerpt(name);
+                if known.len() <= MANY {
+                    format!("{subject}: expected {kind} among {}, found {found}{hint}", listed(known))
+                } else if hint.is_empty() {
+                    let near = listed(&most_alike(name, known));
+                    format!(
+                        "{subject}: expected {kind}, found {found}; the nearest of {} are {near}",
+                        known.len()
+                    )
+                } else {
+                    format!("{subject}: expected {kind}, found {found}{hint}")
+                }
             }
             Self::AmbiguousParameter { name, candidates } => {
                 format!("{name}: several parameters have this name: write one of {}", listed(candidates))
@@ -408,21 +421,32 @@ pub fn listed<Name: AsRef<str>>(names: &[Name]) -> String {
     list
 }
 
+/// How alike a mistyped name and a known one are, 0 to 1. A parameter may be called by its full name or by the last part of it.
+fn likeness(name: &str, candidate: &str) -> f64 {
+    // A long text is not a typing mistake, and comparing it would be slow.
+    let name: String = name.chars().take(60).collect();
+    let name = name.to_lowercase();
+    let last = candidate.rsplit('.').next().unwrap_or(candidate);
+    strsim::jaro_winkler(&name, candidate).max(strsim::jaro_winkler(&name, last))
+}
+
+/// The few known names that are most like a mistyped one, the most alike first.
+fn most_alike<'a>(name: &str, known: &'a [String]) -> Vec<&'a str> {
+    /// Number of names.
+    const FEW: usize = 4;
+    let mut names: Vec<&str> = known.iter().map(String::as_str).collect();
+    names.sort_by(|a, b| likeness(name, b).total_cmp(&likeness(name, a)));
+    names.truncate(FEW);
+    names
+}
+
 /// The known name that a mistyped one most likely stands for; `None` if none resembles it.
 fn nearest<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
     /// The least similarity at which a name is suggested: two exchanged letters in a short word qualify, another word
     /// does not.
     const ALIKE: f64 = 0.8;
-    // A long text is not a typing mistake, and comparing it would be slow.
-    let name: String = name.chars().take(60).collect();
-    let name = name.to_lowercase();
-    // A parameter may be called by its full name or by the last part of it.
-    let likeness = |candidate: &&'a String| {
-        let last = candidate.rsplit('.').next().unwrap_or(candidate);
-        strsim::jaro_winkler(&name, candidate).max(strsim::jaro_winkler(&name, last))
-    };
-    let best =
-        known.iter().map(|candidate| (likeness(&candidate), candidate)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let best = known.iter().map(|candidate| (likeness(name, candidate), candidate));
+    let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(likeness, _)| *likeness > ALIKE).map(|(_, candidate)| candidate.as_str())
 }
 

@@ -25,6 +25,12 @@ struct Arguments {
 
 /// Runs the program. Errors that end it are printed here.
 pub fn main() -> ExitCode {
+    if let Some(model) = unquoted_sum(&std::env::args().collect::<Vec<_>>()) {
+        complain(&format!(
+            "-m: expected one model, found several words: put it in quotes, as in -m '{model}'"
+        ));
+        return ExitCode::from(BAD_INPUT);
+    }
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
@@ -50,6 +56,18 @@ pub fn main() -> ExitCode {
             ExitCode::from(BAD_INPUT)
         }
     }
+}
+
+/// The sum of models that follows `-m` without quotes, such as `-m lambert + cook-torrance`; `None` if there is none.
+fn unquoted_sum(words: &[String]) -> Option<String> {
+    let first = words.iter().position(|word| word == "-m" || word == "--model")? + 1;
+    let words = words.get(first..)?;
+    let mut end = 1;
+    while words.get(end).is_some_and(|word| word == "+") {
+        end += 2;
+    }
+    let is_sum = end > 1 && words.len() >= end;
+    is_sum.then(|| words.iter().take(end).map(String::as_str).collect::<Vec<_>>().join(" "))
 }
 
 /// The parser's message without its usage and hints, in one line.

@@ -38,23 +38,25 @@ impl Choices {
         given: &[(String, String)],
     ) -> Result<Self, Error> {
         for (index, (key, _)) in given.iter().enumerate() {
-            if !options.iter().any(|o| o.key == key) {
+            if !options.iter().any(|o| o.key.eq_ignore_ascii_case(key)) {
                 if options.is_empty() {
                     return Err(Error::invalid(model, "no options", excerpt(key)));
                 }
                 let keys: Vec<&str> = options.iter().map(|o| o.key).collect();
                 return Err(Error::unknown(model, NameKind::ModelOption, &keys, key));
             }
-            if given.iter().take(index).any(|(k, _)| k == key) {
+            if given.iter().take(index).any(|(k, _)| k.eq_ignore_ascii_case(key)) {
                 return Err(Error::invalid(model, format!("option {} once", excerpt(key)), "it twice"));
             }
         }
         let mut chosen = Vec::new();
         for option in options {
             let values = (option.values)();
-            let wanted =
-                given.iter().find(|(k, _)| k == option.key).map_or(option.default, |(_, v)| v.as_str());
-            let Some(value) = values.iter().find(|v| **v == wanted) else {
+            let wanted = given
+                .iter()
+                .find(|(k, _)| k.eq_ignore_ascii_case(option.key))
+                .map_or(option.default, |(_, v)| v.as_str());
+            let Some(value) = values.iter().find(|v| v.eq_ignore_ascii_case(wanted)) else {
                 return Err(Error::unknown(model, NameKind::ValueOf(option.key), &values, wanted));
             };
             chosen.push((option.key, *value));

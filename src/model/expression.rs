@@ -109,11 +109,15 @@ impl Expression {
         for term in split_outside(text, '+') {
             let (name, given) = split_term(term.trim())?;
             let entry = entry_named(name)?;
-            let is_choice = |key: &str| entry.options.iter().any(|option| option.key == key);
+            let is_choice =
+                |key: &str| entry.options.iter().any(|option| option.key.eq_ignore_ascii_case(key));
             let (choice, constraint): (Given, Given) = given.into_iter().partition(|(key, _)| is_choice(key));
             let (model, choices) = entry.build(&choice)?;
             let specs = model.parameters();
-            let is_parameter = |name: &str| name == STRENGTH || specs.iter().any(|spec| spec.name == name);
+            let is_parameter = |name: &str| {
+                let mut names = specs.iter().map(|spec| spec.name).chain([STRENGTH]);
+                names.any(|known| known.eq_ignore_ascii_case(name))
+            };
             if let Some((key, _)) = constraint.iter().find(|(key, _)| !is_parameter(parameter_of(key))) {
                 let keys = entry.options.iter().map(|option| option.key);
                 let names: Vec<&str> = keys.chain(specs.iter().map(|spec| spec.name)).collect();
@@ -203,10 +207,12 @@ impl Expression {
         let names: Vec<&str> = specs.iter().map(|spec| spec.name).collect();
         let mut settings = Vec::new();
         for (key, value) in given {
-            if !names.contains(&parameter_of(key)) {
+            let given = parameter_of(key);
+            let Some(name) = names.iter().find(|name| name.eq_ignore_ascii_case(given)) else {
                 return Err(Error::unknown(lobe.name.as_str(), NameKind::Parameter, &names, key));
-            }
-            settings.extend(in_expression::parse(index, &lobe.name, &names, key, value)?);
+            };
+            let key = format!("{name}{}", key.get(given.len()..).unwrap_or_default());
+            settings.extend(in_expression::parse(index, &lobe.name, &names, &key, value)?);
         }
         self.settings.extend(settings);
         self.sort_settings();
@@ -318,7 +324,7 @@ impl std::str::FromStr for Expression {
 type Given = Vec<(String, String)>;
 
 fn entry_named(name: &str) -> Result<&'static ModelEntry, Error> {
-    REGISTRY.iter().find(|entry| entry.name == name).ok_or_else(|| {
+    REGISTRY.iter().find(|entry| entry.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
         let names: Vec<&str> = REGISTRY.iter().map(|entry| entry.name).collect();
         Error::unknown("model", NameKind::Model, &names, name)
     })

@@ -32,7 +32,12 @@ pub(crate) fn parse(
     let full = format!("{lobe_name}.{key}");
     let text = vec![format!("{full}={value}")];
     let alone = |setting| Ok(vec![(Selector::parse(&full)?, setting)]);
-    let settings: Settings = match value {
+    let value = if value.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        value.to_ascii_lowercase()
+    } else {
+        value.to_owned()
+    };
+    let settings: Settings = match value.as_str() {
         "free" => alone(Setting::Free),
         "per-channel" => alone(Setting::PerChannel),
         "shared" => alone(Setting::Shared),

@@ -48,7 +48,8 @@ impl Selector {
             ([_, _, channel], None) => Some(channel.clone()),
             ([first, channel], None) => {
                 let model = first.split('#').next().unwrap_or_default();
-                let is_lobe = crate::model::REGISTRY.iter().any(|entry| entry.name == model);
+                let is_lobe =
+                    crate::model::REGISTRY.iter().any(|entry| entry.name.eq_ignore_ascii_case(model));
                 (!is_lobe).then(|| channel.clone())
             }
             _ => None,
@@ -124,12 +125,14 @@ pub(super) fn resolve(
     specs: &[Vec<ParamSpec>],
     channels: &[String],
 ) -> Result<(Option<usize>, String, Option<usize>), Error> {
-    let find_lobe = |name: &String| lobes.iter().position(|lobe| lobe == name);
+    let find_lobe = |name: &String| lobes.iter().position(|lobe| lobe.eq_ignore_ascii_case(name));
     let (lobe, name, channel) = match (selector.parts.as_slice(), &selector.bracketed) {
         ([name], channel) => (None, name, channel.as_ref()),
         ([lobe, name], Some(channel)) => (Some(lobe), name, Some(channel)),
         ([first, second], None) if find_lobe(first).is_some() => (Some(first), second, None),
-        ([first, second], None) if specs.iter().flatten().any(|spec| spec.name == first) => {
+        ([first, second], None)
+            if specs.iter().flatten().any(|spec| spec.name.eq_ignore_ascii_case(first)) =>
+        {
             (None, first, Some(second))
         }
         ([first, second], None) => (Some(first), second, None),
@@ -147,7 +150,8 @@ pub(super) fn resolve(
         .iter()
         .enumerate()
         .filter(|(index, lobe_specs)| {
-            lobe.is_none_or(|l| l == *index) && lobe_specs.iter().any(|spec| spec.name == name)
+            lobe.is_none_or(|l| l == *index)
+                && lobe_specs.iter().any(|spec| spec.name.eq_ignore_ascii_case(name))
         })
         .map(|(index, _)| index)
         .collect();
@@ -175,8 +179,10 @@ pub(super) fn resolve(
             channels
                 .iter()
                 .position(|channel| channel == wanted)
+                .or_else(|| channels.iter().position(|channel| channel.eq_ignore_ascii_case(wanted)))
                 .ok_or_else(|| Error::unknown(selector.to_string(), NameKind::Channel, channels, wanted))?,
         ),
     };
-    Ok((lobe, name.clone(), channel))
+    let canonical = specs.iter().flatten().find(|spec| spec.name.eq_ignore_ascii_case(name));
+    Ok((lobe, canonical.map_or_else(|| name.clone(), |spec| spec.name.to_owned()), channel))
 }

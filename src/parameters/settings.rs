@@ -144,7 +144,7 @@ fn normal_incidence(
         Some(index) => {
             index.parse().ok().filter(|eta: &f64| *eta >= 1.0).map(|eta| Known::Grey(f0_of_eta(eta)))
         }
-        None => known_f0(value),
+        None => known_f0(&value.to_ascii_lowercase()),
     };
     known.map(Some).ok_or_else(|| wrong(option, text, &form()))
 }

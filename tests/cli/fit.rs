@@ -444,3 +444,48 @@ fn models_with_constraints_of_their_own_are_ranked_together() {
     let run = folder.brdfit("fit a.csv -m lambert -m oren-nayar --fix q=20");
     assert!(run.code == Some(2) && run.stderr.contains("found 'q'"), "{run:?}");
 }
+
+/// Without a model a short ladder is fitted and ranked, and the best one decides about the exit code.
+#[test]
+fn without_a_model_a_short_ladder_is_ranked() {
+    let folder = Folder::new();
+    let made = "synth -m 'lambert + cook-torrance' --set kd=0.2 m=0.3 --directions 300 --noise 0.02 --seed 2 -o a.csv";
+    folder.brdfit(made).good();
+    let run = folder.brdfit("fit a.csv --json");
+    assert_eq!(run.code, Some(0), "{run:?}");
+    let found = run.json();
+    assert_eq!(found["reports"].as_array().unwrap().len(), 4);
+    let best = usize::try_from(found["ranking"][0]["index"].as_u64().unwrap()).unwrap();
+    let model = found["reports"][best]["model"].as_str().unwrap();
+    assert!(model.starts_with("lambert + cook-torrance("), "{model}");
+}
+
+/// Mistakes in names, and their answers.
+#[test]
+fn names_in_any_case_are_understood_and_mistakes_answered() {
+    let folder = laboratory();
+    let model = |line: &str| folder.brdfit(&format!("{line} --json")).json()["model"].clone();
+    let first = model("fit a.csv -m 'lambert(kd.r=0.1) + cook-torrance(d=beckmann, m=0.2, ks=free)'");
+    assert_eq!(model("fit a.csv -m 'Lambert(KD.R=0.1) + Cook-Torrance(D=Beckmann, M=0.2, ks=Free)'"), first);
+    assert_eq!(
+        model("fit a.csv -m 'lambert + cook-torrance(d=beckmann)' --fix Lambert.Kd.R=0.1 M=0.2 --free KS"),
+        first
+    );
+    for (line, answer) in [
+        ("fit a.csv -m lambrt", "did you mean 'lambert'?"),
+        ("fit a.csv -m qqq", "the nearest of 32 are "),
+        ("fit a.csv -m 'cook-torrance(d=ggy)'", "did you mean 'ggx'?"),
+        ("fit a.csv -m 'cook-torrance(mm=0.2)'", "did you mean 'm'?"),
+        ("fit a.csv -m 'disney-2012(rougness=0.2)'", "did you mean 'roughness'?"),
+        ("fit a.csv -m lambert --fix kdd=0.2", "did you mean 'lambert.kd'?"),
+        ("fit a.csv -m 'lambert(kd.red=0.1)'", "expected a channel among r, g, b, found 'red'"),
+        ("fitt a.csv -m lambert", "'fit'"),
+        ("fit a.csv -m lambert + cook-torrance", "put it in quotes, as in -m 'lambert + cook-torrance'"),
+        ("evaluate a.csv -m lambert + phong", "put it in quotes, as in -m 'lambert + phong'"),
+        ("synth -m lambert + phong --directions 10 -o b.csv", "put it in quotes, as in -m 'lambert + phong'"),
+    ] {
+        let run = folder.brdfit(line);
+        assert!(run.code == Some(2) && run.stderr.contains(answer), "{line}: {run:?}");
+        assert!(run.stderr.lines().count() == 1 && run.stderr.len() < 600, "{line}: {run:?}");
+    }
+}

@@ -110,7 +110,6 @@ fn mistyped_commands_are_refused() {
         refused("unknown option", "--verbosity", &["--verbosity"]),
         refused("fit of nothing", "fit", &["INPUT"]),
         refused("fit without an input", "fit -m lambert", &["INPUT"]),
-        fit("fit without a model", "", &["model"]),
         fit("-m without its value", "-m", &["--model"]),
         lambert("mistyped option", "--metrc l2", &["--metrc", "--metric"]),
         lambert("mistyped short option", "-x", &["-x"]),
@@ -118,9 +117,8 @@ fn mistyped_commands_are_refused() {
         lambert("option of another subcommand", "--set kd=0.5", &["--set"]),
         // models
         fit("empty model", "-m ''", &["model", "expected", "found"]),
-        fit("unknown model", "-m lambrt", &["'lambrt'", "lambert", "cook-torrance", "oren-nayar"]),
+        fit("unknown model", "-m lambrt", &["'lambrt'", "did you mean 'lambert'?"]),
         fit("known and unknown model", "-m 'lambert + phongg'", &["'phongg'"]),
-        fit("upper case", "-m Lambert", &["'Lambert'", "lambert"]),
         fit("term missing", "-m 'lambert +'", &["model", "expected"]),
         fit("unknown distribution", "-m 'cook-torrance(d=ggy)'", &["'ggy'", "ggx", "beckmann"]),
         fit("unknown option of a model", "-m 'cook-torrance(q=ggx)'", &["'q'", "d"]),

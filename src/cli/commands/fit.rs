@@ -36,8 +36,9 @@ pub struct Arguments {
         required_unless_present_any = ["fix", "init", "bounds", "tie"]
     )]
     inputs: Vec<PathBuf>,
-    /// Fit this model, such as 'lambert + cook-torrance(d=beckmann)'; repeat the option to rank several
-    #[arg(short, long = "model", required = true, value_name = "EXPR")]
+    /// Fit this model, such as 'lambert + cook-torrance(d=beckmann)'; repeat the option to rank several [default: rank four, from
+    /// 'lambert' to two lobes]
+    #[arg(short, long = "model", value_name = "EXPR")]
     models: Vec<String>,
     #[command(flatten)]
     report: ReportArguments<SEVERAL_INPUTS>,
@@ -59,10 +60,20 @@ pub struct Arguments {
     threads: Option<usize>,
 }
 
+/// The models that are fitted if none is named: matte, rough and matte, glossy, and glossy with a haze. `brdfit tradeoff` tries more.
+const SHORT_LADDER: [&str; 4] = [
+    "lambert",
+    "oren-nayar(variant=fujii)",
+    "lambert + cook-torrance",
+    "lambert + cook-torrance + cook-torrance",
+];
+
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    let named: Vec<&str> = arguments.models.iter().map(String::as_str).collect();
+    let texts: &[&str] = if named.is_empty() { &SHORT_LADDER } else { &named };
     let expressions: Vec<Expression> =
-        arguments.models.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
+        texts.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
     let started = Instant::now();
     let inputs: Vec<PathBuf> = arguments.settings.files().chain(arguments.inputs.iter().cloned()).collect();
     if inputs.is_empty() {
@@ -208,7 +219,7 @@ impl Run<'_> {
     /// fitted, as well as the time allows.
     fn every_input(&self, measurements: Receiver<Result<Input, Error>>) -> Result<Done, Error> {
         let mut done = Done { usable: true, ..Done::default() };
-        let inputs = self.inputs;
+        let (inputs, arguments) = (self.inputs, self.arguments);
         let failure =
             |path: &Path, error: &str| Failure { path: path.display().to_string(), error: error.to_owned() };
         for (index, path) in inputs.iter().enumerate() {
@@ -225,7 +236,12 @@ impl Run<'_> {
             let Ok(input) = measurements.recv() else { break };
             match input.and_then(|input| self.one_input(&input)) {
                 Ok(reports) => {
-                    done.usable &= reports.iter().all(|report| report.termination.usable);
+                    // Of models that nobody named, the best must be usable.
+                    done.usable &= if arguments.models.is_empty() {
+                        best(&reports).is_some_and(|report| report.termination.usable)
+                    } else {
+                        reports.iter().all(|report| report.termination.usable)
+                    };
                     self.bar.aside(|| self.show(&reports, done.reports.is_empty()))?;
                     self.outputs.input_done(index, &reports)?;
                     done.reports.extend(reports);
@@ -286,6 +302,12 @@ impl Run<'_> {
         }
         Ok(())
     }
+}
+
+/// The best report of one input.
+fn best(reports: &[Report]) -> Option<&Report> {
+    let ranked = Reports::new(reports.to_vec(), Vec::new());
+    reports.get(ranked.ranking.first()?.index)
 }
 
 /// The ranking as text: the models of each input from best to worst.
