@@ -434,10 +434,10 @@ fn likeness(name: &str, candidate: &str) -> f64 {
 fn most_alike<'a>(name: &str, known: &'a [String]) -> Vec<&'a str> {
     /// Number of names.
     const FEW: usize = 4;
-    let mut names: Vec<&str> = known.iter().map(String::as_str).collect();
-    names.sort_by(|a, b| likeness(name, b).total_cmp(&likeness(name, a)));
-    names.truncate(FEW);
-    names
+    let mut names: Vec<(f64, &str)> =
+        known.iter().map(|candidate| (likeness(name, candidate), candidate.as_str())).collect();
+    names.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    names.into_iter().take(FEW).map(|(_, name)| name).collect()
 }
 
 /// The known name that a mistyped one most likely stands for; `None` if none resembles it.

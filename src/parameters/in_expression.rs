@@ -2,7 +2,7 @@
 
 use super::selector::{Selector, Setting, Settings, channel_suffix};
 use super::settings::{ranges, values};
-use crate::error::{Error, OptionName};
+use crate::error::{Error, OptionName, excerpt};
 use std::fmt;
 
 /// A constraint on a parameter of one lobe, as an expression holds it.
@@ -47,6 +47,18 @@ pub(crate) fn parse(
         range if range.contains("..") => ranges(&text),
         _ => values(OptionName::Fix, &text, Setting::Fix),
     }?;
+    // The text must be read back as it is written.
+    let is_plain = |channel: &String| {
+        !channel.is_empty() && !channel.contains(|c: char| c.is_control() || "()[],+=".contains(c))
+    };
+    let mut channels = settings.iter().filter_map(|(selector, _)| selector.channel_if_any());
+    if let Some(channel) = channels.find(|channel| !is_plain(channel)) {
+        return Err(Error::invalid(
+            full,
+            "a channel's name without brackets, commas, '+' and '='",
+            excerpt(&channel),
+        ));
+    }
     let of_lobe = |(selector, setting): (Selector, Setting)| LobeSetting {
         lobe,
         name: parameter_of(key).to_owned(),

@@ -212,7 +212,7 @@ mod tests {
             ),
             (|r| r["data"]["channels"] = json!([]), "data.channels"),
             (|r| r["data"]["channels"] = json!(["r", "\u{7f}f"]), "found ' f'"),
-            (|r| r["data"]["channels"] = json!(vec!["n".repeat(90); 3000]), "nnn... and 29"),
+            (|r| r["data"]["channels"] = json!(vec!["n".repeat(90); 3000]), "the nearest of 3000 are nnn"),
             (|r| r["parameters"][1]["lobe"] = json!("pho\u{1b}[1mng"), "found 'pho [1mng.kd'"),
             (|r| r["parameters"][3]["bounds"] = json!([-1.0, 5.0]), "expected a lower bound above 0"),
         ];
