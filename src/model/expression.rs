@@ -432,6 +432,7 @@ mod tests {
             ("lambert(d=ggx)", "found 'd'"),
             ("lambert(kd=nan)", "with numbers"),
             ("lambert(kd=0.5..)", "with numbers"),
+            ("cook-torrance(f0.a\u{8}b=1)", "a channel's name"),
             ("cook-torrance(p=1)", "an option or a parameter"),
             ("cook-torrance(f0[700=0.2)", "expected a name"),
             ("cook-torrance(d=ggy)", "found 'ggy'"),
@@ -441,7 +442,7 @@ mod tests {
         ] {
             let message = Expression::parse(text).unwrap_err().to_string();
             assert!(message.contains(words), "{text}: {message}");
-            assert!(!message.contains('\n'));
+            assert!(!message.contains(char::is_control), "{message:?}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::selector::{Selector, Setting, Settings, channel_suffix};
 use super::settings::{ranges, values};
-use crate::error::{Error, OptionName, excerpt};
+use crate::error::{Error, OptionName, excerpt, short};
 use std::fmt;
 
 /// A constraint on a parameter of one lobe, as an expression holds it.
@@ -54,7 +54,7 @@ pub(crate) fn parse(
     let mut channels = settings.iter().filter_map(|(selector, _)| selector.channel_if_any());
     if let Some(channel) = channels.find(|channel| !is_plain(channel)) {
         return Err(Error::invalid(
-            full,
+            short(&full),
             "a channel's name without brackets, commas, '+' and '='",
             excerpt(&channel),
         ));
