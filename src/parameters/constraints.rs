@@ -2,7 +2,7 @@
 
 use super::in_expression::{LobeSetting, contradict, is_written};
 use super::selector::{Selector, Setting, Settings, resolve};
-use crate::error::{Error, NameKind};
+use crate::error::{Error, NameKind, short};
 use crate::model::{Expression, Lobe, ParamSpec};
 
 /// The names that constraints may refer to.
@@ -74,7 +74,8 @@ pub(super) fn check_contradictions(
         };
         let mut others = all.iter().filter(same);
         if let Some(other) = others.find(|other| contradict(&other.setting, &constraint.setting)) {
-            let found = format!("two that contradict each other, {other} and {constraint}");
+            let [one, two] = [other, &constraint].map(|constraint| short(&constraint.to_string()));
+            let found = format!("two that contradict each other, {one} and {two}");
             return Err(Error::invalid(given.0.to_string(), "one constraint", found));
         }
         all.push(constraint);
@@ -96,8 +97,13 @@ pub(crate) fn written_inside(
     let mut inside: Vec<LobeSetting> = Vec::new();
     let mut remaining = Settings::new();
     for given in expression.settings()?.iter().chain(settings) {
-        let constraint = names.constraint(given)?;
-        if !names.is_inside(&constraint)? {
+        let mut constraint = names.constraint(given)?;
+        let is_inside = names.is_inside(&constraint)?;
+        if let (true, Setting::Tie(other)) = (is_inside, &constraint.setting) {
+            // The other is of the same lobe: its name alone stands in the expression.
+            constraint.setting = Setting::Tie(Selector::parse(&names.place(other)?.1)?);
+        }
+        if !is_inside {
             remaining.push(given.clone());
         } else if !inside.contains(&constraint) {
             inside.push(constraint);

@@ -80,7 +80,13 @@ impl LobeSetting {
     /// [`Error::Invalid`] for a channel that cannot be part of a name.
     pub(crate) fn full(&self, lobe_name: &str) -> Result<(Selector, Setting), Error> {
         let channel = self.channel.as_deref().map(channel_suffix).unwrap_or_default();
-        Ok((Selector::parse(&format!("{lobe_name}.{}{channel}", self.name))?, self.setting.clone()))
+        let setting = match &self.setting {
+            Setting::Tie(other) => {
+                Setting::Tie(Selector::parse(&format!("{lobe_name}.{}", other.parameter()))?)
+            }
+            setting => setting.clone(),
+        };
+        Ok((Selector::parse(&format!("{lobe_name}.{}{channel}", self.name))?, setting))
     }
 }
 

@@ -424,7 +424,7 @@ fn the_model_line_reproduces_the_report() {
         ),
         ("lambert + cook-torrance(d=beckmann, m=0.3)", "--free ks --fix kd=0.2 f0.f=0.05"),
         ("eon(r=0.2..0.4) + ashikhmin-shirley(nv=nu)", "--free strength"),
-        ("lambert + ashikhmin-shirley", "--tie nv=nu --shared rd"),
+        ("lambert + ashikhmin-shirley", "--tie nv=NU --shared rd"),
     ];
     for (model, options) in models.chain(sums) {
         let first = report(model, options);
