@@ -25,7 +25,8 @@ struct Arguments {
 
 /// Runs the program. Errors that end it are printed here.
 pub fn main() -> ExitCode {
-    if let Some(model) = unquoted_sum(&std::env::args().collect::<Vec<_>>()) {
+    let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+    if let Some(model) = unquoted_sum(&words) {
         complain(&format!(
             "-m: expected one model, found several words: put it in quotes, as in -m '{model}'"
         ));

@@ -1,6 +1,6 @@
 //! Constraints from options and from inside an expression, put together.
 
-use super::in_expression::{LobeSetting, contradict, is_written};
+use super::in_expression::{LobeSetting, contradict};
 use super::selector::{Selector, Setting, Settings, resolve};
 use crate::error::{Error, NameKind, short};
 use crate::model::{Expression, Lobe, ParamSpec};
@@ -36,9 +36,10 @@ impl<'a> Names<'a> {
 
     /// Whether a constraint can stand inside the expression: starts cannot, nor ties to another lobe or to a channel.
     fn is_inside(&self, constraint: &LobeSetting) -> Result<bool, Error> {
-        let Setting::Tie(other) = &constraint.setting else { return Ok(is_written(&constraint.setting)) };
+        let can = constraint.can_be_written();
+        let Setting::Tie(other) = &constraint.setting else { return Ok(can) };
         let (lobe, name, channel) = self.place(other)?;
-        Ok(lobe == constraint.lobe && name != constraint.name && channel.is_none())
+        Ok(can && lobe == constraint.lobe && name != constraint.name && channel.is_none())
     }
 }
 

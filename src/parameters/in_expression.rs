@@ -47,10 +47,6 @@ pub(crate) fn parse(
         range if range.contains("..") => ranges(&text),
         _ => values(OptionName::Fix, &text, Setting::Fix),
     }?;
-    // The text must be read back as it is written.
-    let is_plain = |channel: &String| {
-        !channel.is_empty() && !channel.contains(|c: char| c.is_control() || "()[],+=".contains(c))
-    };
     let mut channels = settings.iter().filter_map(|(selector, _)| selector.channel_if_any());
     if let Some(channel) = channels.find(|channel| !is_plain(channel)) {
         return Err(Error::invalid(
@@ -74,6 +70,13 @@ pub(crate) fn parameter_of(key: &str) -> &str {
 }
 
 impl LobeSetting {
+    /// Whether it can stand in an expression, apart from what a tie is to. Starts stay options, and so do values for an
+    /// evaluation and channels whose names an expression cannot hold.
+    pub(crate) fn can_be_written(&self) -> bool {
+        !matches!(self.setting, Setting::Init(_) | Setting::Set(_))
+            && self.channel.as_deref().is_none_or(is_plain)
+    }
+
     /// The same as a constraint on a parameter of the lobe called `lobe_name`.
     ///
     /// # Errors
@@ -106,9 +109,9 @@ impl fmt::Display for LobeSetting {
     }
 }
 
-/// Whether a constraint can stand in an expression. Starts stay options, and so do values for an evaluation.
-pub(crate) fn is_written(setting: &Setting) -> bool {
-    !matches!(setting, Setting::Init(_) | Setting::Set(_))
+/// Whether a channel's name is read back from an expression as it is written there.
+fn is_plain(channel: &str) -> bool {
+    !channel.is_empty() && !channel.contains(|c: char| c.is_control() || "()[],+=".contains(c))
 }
 
 /// Whether two constraints on the same parameter contradict each other.

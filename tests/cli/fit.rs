@@ -489,3 +489,29 @@ fn names_in_any_case_are_understood_and_mistakes_answered() {
         assert!(run.stderr.lines().count() == 1 && run.stderr.len() < 600, "{line}: {run:?}");
     }
 }
+
+/// What follows an option is a constraint or a file, and the message about a missing file names it.
+#[test]
+fn files_after_constraints_and_odd_words_are_named() {
+    let folder = laboratory();
+    for line in ["fit -m lambert --fix kd=0.1 missing.csv", "evaluate -m lambert --set kd=0.1 missing.csv"] {
+        let run = folder.brdfit(line);
+        assert!(run.code == Some(2) && run.stderr.contains("missing.csv"), "{line}: {run:?}");
+    }
+    // A channel whose name an expression cannot hold keeps its constraint outside, and the report is read back.
+    folder.write("odd.csv", "theta_i,phi_i,theta_o,phi_o,a+b,c\n10,0,20,180,0.1,0.2\n30,0,30,180,0.12,0.2\n");
+    let run = folder.brdfit("fit odd.csv -m lambert --fix kd[a+b]=0.3 kd[c]=0.4 -o odd.json").good();
+    assert!(run.stdout.contains("lambert(kd.c=0.4)"), "{run:?}");
+    folder.brdfit("check odd.json").good();
+}
+
+/// A word that is not Unicode is a mistake like any other.
+#[cfg(unix)]
+#[test]
+fn words_need_not_be_unicode() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let run = laboratory().run([OsStr::new("info"), OsStr::from_bytes(b"\xff.csv")]);
+    assert!(run.code == Some(2) && run.stderr.lines().count() == 1, "{run:?}");
+    assert!(run.stderr.starts_with("error: "), "{run:?}");
+}

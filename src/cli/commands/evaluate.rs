@@ -89,7 +89,7 @@ fn options_as_given(bounds: &[String], set: &[String]) -> Vec<String> {
 fn input_and_settings(arguments: &Arguments) -> Result<(PathBuf, &[String]), Error> {
     match (&arguments.input, arguments.set.split_last()) {
         (Some(input), _) => Ok((input.clone(), &arguments.set)),
-        (None, Some((last, rest))) if is_file(last) => Ok((PathBuf::from(last), rest)),
+        (None, Some((last, rest))) if is_file(last) || !last.contains('=') => Ok((PathBuf::from(last), rest)),
         _ => Err(Error::invalid("INPUT", "a measurement to evaluate", "none")),
     }
 }

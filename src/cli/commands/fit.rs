@@ -76,10 +76,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         texts.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
     let started = Instant::now();
     let inputs: Vec<PathBuf> = arguments.settings.files().chain(arguments.inputs.iter().cloned()).collect();
+    // A file that does not exist is taken for a constraint, whose error names it.
+    let options = options(arguments, started)?;
     if inputs.is_empty() {
         return Err(Error::invalid("INPUT", "a measurement to fit", "none"));
     }
-    let options = options(arguments, started)?;
     arguments.report.check_inputs(&inputs)?;
     arguments.read.check()?;
     let outputs = Outputs::open(arguments.report.file(), &inputs)?;
