@@ -149,8 +149,8 @@ impl Expression {
         &self.lobes
     }
 
-    /// The sum without one of its lobes; `None` if it has no other, or no such lobe. Lobes keep their names. One lobe alone is no
-    /// sum, and has no strength but its model's.
+    /// The sum without one of its lobes; `None` if it has no other, or no such lobe. Lobes keep their names, and the strengths that
+    /// the sum has given them.
     #[must_use]
     pub(crate) fn without(&self, lobe: usize) -> Option<Self> {
         let mut lobes = self.lobes.clone();
@@ -158,9 +158,6 @@ impl Expression {
             return None;
         }
         lobes.remove(lobe);
-        if let [only] = lobes.as_mut_slice() {
-            only.has_added_strength = false;
-        }
         Some(Self { lobes, settings: Vec::new() })
     }
 
@@ -200,7 +197,7 @@ impl Expression {
         expression
     }
 
-    /// Adds the constraints written inside a term.
+    /// Adds the constraints written inside a term, behind those of earlier terms.
     fn constrain(&mut self, index: usize, given: &Given) -> Result<(), Error> {
         let Some(lobe) = self.lobes.get(index) else { return Ok(()) };
         let specs = lobe.parameters();
@@ -437,7 +434,7 @@ mod tests {
             ("cook-torrance(f0[700=0.2)", "expected a name"),
             ("cook-torrance(d=ggy)", "found 'ggy'"),
             ("cook-torrance(d=ggx, d=ggx)", "found it twice"),
-            ("cook-torrance(ggx)", "such as"),
+            ("cook-torrance(ggx)", "choices and constraints such as"),
             ("cook-torrance(d=ggx", "')' at the end"),
         ] {
             let message = Expression::parse(text).unwrap_err().to_string();

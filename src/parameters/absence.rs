@@ -24,42 +24,60 @@ impl ParameterTable {
         self.places[lobe].iter().flatten().any(|row| self.rows[*row].status == Status::Absent)
     }
 
-    /// The name of the amplitude that scales a lobe and that is 1 in the physical model; `None` if there is none.
-    pub(crate) fn scale_of(&self, lobe: usize) -> Option<&'static str> {
-        match self.strengths[lobe] {
-            Strength::Scale(name) => Some(name),
-            Strength::Amplitudes | Strength::Shape(_) | Strength::Missing => None,
+    /// The rows of the amplitude that scales a lobe and that is 1 in the physical model; none if it has no such amplitude.
+    pub(crate) fn scales(&self, lobe: usize) -> Vec<usize> {
+        let Strength::Scale(name) = self.strengths[lobe] else { return Vec::new() };
+        (0..self.rows.len())
+            .filter(|row| (self.rows[*row].lobe, self.rows[*row].spec.name) == (lobe, name))
+            .collect()
+    }
+
+    /// The lobes that reflect at a surface and whose strength is 1 in the physical model.
+    fn surfaces(&self) -> Vec<usize> {
+        (0..self.lobes.len())
+            .filter(|lobe| self.has_width(*lobe) && matches!(self.strengths[*lobe], Strength::Scale(_)))
+            .collect()
+    }
+
+    /// Frees the strengths of lobes that reflect at a surface if there are several.
+    pub(super) fn free_scales_of_several(&mut self) {
+        let surfaces = self.surfaces();
+        if surfaces.len() < 2 {
+            return;
+        }
+        for row in surfaces.into_iter().flat_map(|lobe| self.scales(lobe)).collect::<Vec<_>>() {
+            let row = &mut self.rows[row];
+            row.spec.fixed = false;
+            row.status = Status::Free;
         }
     }
 
-    /// Whether a row holds the amplitude that scales its lobe.
-    pub(crate) fn is_scale(&self, row: usize) -> bool {
-        let row = &self.rows[row];
-        self.scale_of(row.lobe) == Some(row.spec.name)
+    /// Whether a parameter of another lobe is tied to one of this lobe.
+    fn has_followers(&self, lobe: usize) -> bool {
+        let follows = |status| matches!(status, Status::Tied(to) if self.rows[to].lobe == lobe);
+        self.rows.iter().any(|row| row.lobe != lobe && follows(row.status))
     }
 
     /// The rows that must be 0 for a lobe to be absent; `None` if the user's constraints or ties do not let them.
     fn switches(&self, lobe: usize) -> Option<Vec<usize>> {
-        let own: Vec<usize> = self.places[lobe].concat();
-        let is_tied_to = |row: usize| matches!(self.rows[row].status, Status::Tied(to) if own.contains(&to));
-        if (0..self.rows.len()).any(|row| self.rows[row].lobe != lobe && is_tied_to(row)) {
+        if self.has_followers(lobe) {
             return None;
         }
-        let counts = |row: &&usize| {
-            let spec = &self.rows[**row].spec;
+        let counts = |row: &usize| {
+            let spec = &self.rows[*row].spec;
             match self.strengths[lobe] {
                 Strength::Amplitudes => spec.role == Role::Amplitude && !spec.fixed,
                 Strength::Shape(name) | Strength::Scale(name) => spec.name == name,
                 Strength::Missing => false,
             }
         };
-        let switches: Vec<usize> = own.iter().filter(counts).copied().collect();
+        let switches: Vec<usize> = self.places[lobe].concat().into_iter().filter(counts).collect();
         let may_vanish = |row: &usize| {
             let row = &self.rows[*row];
             let fitted = match row.status {
                 Status::Free => true,
-                Status::Fixed => self.scale_of(lobe).is_some() && !row.given,
-                Status::Tied(to) => own.contains(&to),
+                Status::Fixed => matches!(self.strengths[lobe], Strength::Scale(_)) && !row.given,
+                Status::Tied(to) => self.rows[to].lobe == lobe,
                 Status::Absent => false,
             };
             fitted && row.bounds.0 == 0.0
@@ -85,9 +103,8 @@ impl ParameterTable {
 
     /// Whether the fit can take the strength of a lobe to 0 by small steps.
     pub(crate) fn vanishes_gradually(&self, lobe: usize) -> bool {
-        let of_lobe = self.places[lobe].iter().flatten();
-        self.scale_of(lobe).is_none()
-            || of_lobe.into_iter().any(|row| self.is_scale(*row) && self.rows[*row].status == Status::Free)
+        let scales = self.scales(lobe);
+        scales.is_empty() || scales.iter().any(|row| self.rows[*row].status == Status::Free)
     }
 
     /// The lobes without which the sum could be fitted, of lobes that may be exchanged only the last.
@@ -119,12 +136,8 @@ impl ParameterTable {
                 row.status = place(to).map_or(Status::Free, Status::Tied);
             }
         }
-        let surfaces: Vec<usize> = (0..table.lobes.len())
-            .filter(|lobe| table.scale_of(*lobe).is_some() && table.has_width(*lobe))
-            .collect();
-        if let [only] = surfaces[..] {
-            let rows = table.places[only].concat();
-            for row in rows.into_iter().filter(|row| table.is_scale(*row)).collect::<Vec<_>>() {
+        if let [only] = table.surfaces()[..] {
+            for row in table.scales(only) {
                 let row = &mut table.rows[row];
                 if row.status == Status::Free && !row.given && !row.spec.fixed {
                     (row.status, row.value, row.initial) =
@@ -161,12 +174,11 @@ impl ParameterTable {
 
     /// Makes a lobe absent: its strength is 0, and its other parameters keep the values that they started from.
     fn set_absent(&mut self, lobe: usize) {
-        for row in self.places[lobe].concat() {
-            let is_scale = self.is_scale(row);
-            let row = &mut self.rows[row];
+        for row in self.rows.iter_mut().filter(|row| row.lobe == lobe) {
             row.status = Status::Absent;
-            row.value = if is_scale { 0.0 } else { row.initial };
+            row.value = row.initial;
         }
+        self.scales(lobe).into_iter().for_each(|row| self.rows[row].value = 0.0);
         self.list_free();
         self.follow();
     }
@@ -175,17 +187,13 @@ impl ParameterTable {
     pub(crate) fn drop_absent_lobes(&mut self) -> bool {
         let mut any = false;
         for lobe in 0..self.lobes.len() {
-            let scales: Vec<usize> =
-                self.places[lobe].concat().into_iter().filter(|row| self.is_scale(*row)).collect();
+            let scales = self.scales(lobe);
             let gone = |row: &usize| {
                 let row = &self.rows[*row];
                 row.status == Status::Free && row.value == 0.0
             };
-            let is_tied_to =
-                |row: usize| matches!(self.rows[row].status, Status::Tied(to) if self.rows[to].lobe == lobe);
-            let has_followers =
-                (0..self.rows.len()).any(|row| self.rows[row].lobe != lobe && is_tied_to(row));
-            if !scales.is_empty() && scales.iter().all(gone) && !has_followers && self.lobes.len() > 1 {
+            let may_vanish = !scales.is_empty() && !self.has_followers(lobe) && self.lobes.len() > 1;
+            if may_vanish && scales.iter().all(gone) {
                 self.set_absent(lobe);
                 any = true;
             }

@@ -11,7 +11,6 @@ mod order;
 mod row;
 mod selector;
 mod settings;
-mod strengths;
 mod table;
 
 pub(crate) use absence::Smaller;

@@ -3,7 +3,6 @@
 use super::constraints::check_contradictions;
 use super::row::{ParameterRow, ParameterValue, Status};
 use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
-use super::strengths::free_scales_of_several;
 use crate::error::{Error, OptionName, Subject};
 use crate::model::{Expression, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing, Strength};
 
@@ -55,8 +54,6 @@ impl ParameterTable {
         check_contradictions(expression, settings, channels)?;
         let lobes: Vec<String> = expression.lobes().iter().map(|lobe| lobe.name.clone()).collect();
         let mut specs: Vec<Vec<ParamSpec>> = expression.lobes().iter().map(Lobe::parameters).collect();
-        let strengths: Vec<Strength> = expression.lobes().iter().map(Lobe::strength).collect();
-        free_scales_of_several(&strengths, &mut specs);
         for (selector, setting) in settings {
             let sharing = match setting {
                 Setting::PerChannel => Sharing::PerChannel,
@@ -88,7 +85,7 @@ impl ParameterTable {
             places: Vec::new(),
             free: Vec::new(),
             products: products(expression, &specs),
-            strengths,
+            strengths: expression.lobes().iter().map(Lobe::strength).collect(),
         };
         for (lobe, lobe_specs) in specs.iter().enumerate() {
             let mut places = Vec::new();
@@ -113,6 +110,7 @@ impl ParameterTable {
             }
             table.places.push(places);
         }
+        table.free_scales_of_several();
         if isotropic {
             table.tie_isotropic(settings, &specs)?;
         }

@@ -178,9 +178,9 @@ impl Task<'_> {
     /// Warns of parameters that are fixed by default but should have been fitted.
     fn worth_freeing(&self, table: &ParameterTable, objective: Objective) -> Result<Vec<Warning>, Error> {
         let mut doubted: Vec<&ParameterRow> = Vec::new();
-        for row in table.rows() {
+        for (index, row) in table.rows().iter().enumerate() {
             // The strength of a body is part of its albedo.
-            let of_body = table.scale_of(row.lobe) == Some(row.spec.name) && !table.has_width(row.lobe);
+            let of_body = !table.has_width(row.lobe) && table.scales(row.lobe).contains(&index);
             let by_default = row.spec.fixed && row.status == Status::Fixed && !row.given && !of_body;
             let same = |other: &&ParameterRow| (other.lobe, other.parameter) == (row.lobe, row.parameter);
             if by_default && !doubted.iter().any(same) {

@@ -101,14 +101,16 @@ pub(super) fn strengths(fit: &Fit) -> Vec<Warning> {
     let table = &fit.table;
     let mut warnings = Vec::new();
     for (index, lobe) in table.lobes().iter().enumerate() {
-        let Some(scale) = table.scale_of(index) else { continue };
-        let parameter = format!("{lobe}.{scale}");
+        let scales: Vec<&ParameterRow> =
+            table.scales(index).into_iter().map(|row| &table.rows()[row]).collect();
+        let Some(first) = scales.first() else { continue };
+        let parameter = table.parameter_name(first);
         if table.is_absent(index) {
             warnings.push(Warning::LobeAbsent { parameter, lobe: lobe.clone() });
             continue;
         }
-        let rows = table.rows().iter().filter(|row| (row.lobe, row.spec.name) == (index, scale));
-        let above: Vec<&ParameterRow> = rows.filter(|row| row.value > 1.0 + ABOVE_ONE).collect();
+        let above: Vec<&ParameterRow> =
+            scales.into_iter().filter(|row| row.value > 1.0 + ABOVE_ONE).collect();
         let channels = above.iter().filter_map(|row| table.channel_name(row)).map(str::to_owned).collect();
         let value = above.iter().map(|row| row.value).fold(1.0, f64::max);
         if !above.is_empty() {
