@@ -11,11 +11,12 @@ use super::best_start::{
 use super::scan::{Profile, ScanSamples, Scanner};
 use crate::error::Error;
 use crate::fit::problem::loss::Objective;
+use crate::fit::problem::observed::Observed;
 use crate::fit::task::{POLISH_SAMPLES, Task};
-use crate::measurement::Samples;
 use crate::parameters::{ParameterTable, Smaller};
 use crate::solver::LeastSquares;
 use nalgebra::DVector;
+use std::sync::Arc;
 
 /// A cost below this share of the sum of squares of the data cannot be improved noticeably.
 const PERFECT: f64 = 1e-18;
@@ -40,15 +41,20 @@ impl Task<'_> {
         table: ParameterTable,
     ) -> Result<(ParameterTable, SearchOutcome), Error> {
         let samples = self.draws.part(POLISH_SAMPLES, self.options.seed);
-        let found = self.search_from(table, 0, &samples)?;
+        let found = self.search_from(table, 0, &self.observe(&samples))?;
         Ok((found.table, found.outcome))
     }
 
-    /// The same without lobes before `first`, which have been left out before.
-    fn search_from(&self, table: ParameterTable, first: usize, samples: &Samples) -> Result<Found, Error> {
+    /// The same without lobes before `first`, which have been left out before. Starts are compared on `samples`.
+    fn search_from(
+        &self,
+        table: ParameterTable,
+        first: usize,
+        samples: &Arc<Observed<'_>>,
+    ) -> Result<Found, Error> {
         let removable = table.removable();
         let (start, outcome) = self.search(table.clone())?;
-        let perfect = PERFECT * self.observe(samples).magnitude2();
+        let perfect = PERFECT * samples.magnitude2();
         let partial = self.samples.len() > POLISH_SAMPLES;
         let margin = if partial { CLOSE_RACE } else { 0.0 };
         let mut best =
@@ -100,11 +106,10 @@ impl Task<'_> {
     fn probe(
         &self,
         starts: Vec<ParameterTable>,
-        samples: &Samples,
+        samples: &Arc<Observed<'_>>,
         objective: Objective,
     ) -> Result<f64, Error> {
-        let observed = self.observe(samples);
-        let cost = |start| Ok(self.polish(&observed, start, objective, SHORT_POLISH)?.cost);
+        let cost = |start| Ok(self.polish(samples, start, objective, SHORT_POLISH)?.cost);
         let costs: Result<Vec<f64>, Error> = starts.into_iter().map(cost).collect();
         Ok(costs?.into_iter().fold(f64::INFINITY, f64::min))
     }
@@ -116,12 +121,11 @@ impl Task<'_> {
         smaller: &Smaller,
         lobe: usize,
         below: SearchOutcome,
-        samples: &Samples,
+        samples: &Arc<Observed<'_>>,
     ) -> Result<Found, Error> {
         let mut table = table.with_values_of(smaller, lobe);
         let SearchOutcome { objective, starts, profiles } = below;
-        let observed = self.observe(samples);
-        let solution = self.polish(&observed, table.clone(), objective, POLISH_ITERATIONS)?;
+        let solution = self.polish(samples, table.clone(), objective, POLISH_ITERATIONS)?;
         table.set_coordinates(solution.x.as_slice());
         table.sort_lobes();
         let row = |row: &usize| smaller.origins.get(*row).copied();
@@ -153,8 +157,8 @@ impl Task<'_> {
         Ok(cost(rival)? < cost(best)?)
     }
 
-    fn cost_on(&self, samples: &Samples, table: &ParameterTable, objective: Objective) -> f64 {
-        let problem = self.problem(&self.observe(samples), table.clone(), objective);
+    fn cost_on(&self, samples: &Arc<Observed<'_>>, table: &ParameterTable, objective: Objective) -> f64 {
+        let problem = self.problem(samples, table.clone(), objective);
         problem.linearise(&DVector::from_vec(table.coordinates())).cost
     }
 }
