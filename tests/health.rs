@@ -1,7 +1,7 @@
 //! Physics of every model of the registry: reciprocity, sign, white furnace; a chi-square test of every
 //! distribution of facets; and that the checks themselves can fail.
 
-use crate::common::{is_product, manual_of};
+use crate::common::{every_variant, is_product, manual_of};
 use approx::assert_relative_eq;
 use brdfit::geometry::{Directions, Geometry, Pair, direction};
 use brdfit::health::{self, ALBEDO_SLACK, Effort, Integral, Quadrature, directional_albedo};
@@ -88,10 +88,7 @@ fn expression(entry: &ModelEntry, choices: &Choices) -> Expression {
 
 /// Every variant that has a part of its own.
 fn variants() -> Vec<(&'static ModelEntry, AnyModel, Choices)> {
-    let all = REGISTRY
-        .iter()
-        .flat_map(|entry| entry.variants().into_iter().map(move |(model, choices)| (entry, model, choices)));
-    all.filter(|(entry, _, choices)| !is_product(entry, choices)).collect()
+    every_variant().filter(|(entry, _, choices)| !is_product(entry, choices)).collect()
 }
 
 #[test]

@@ -4,11 +4,11 @@
 //! `cargo test --release --test integration every_pair_on_five -- --ignored --nocapture`. docs/trust/nesting.md holds the last result.
 #![allow(clippy::print_stdout)]
 
-use crate::common::shared;
+use crate::common::{every_variant, shared};
 use brdfit::fit::{Fit, Metric, Options, ParameterState, ReflectanceProblem, WarningKind, fit};
 use brdfit::geometry::Directions;
 use brdfit::measurement::{Filters, Measurement, Samples};
-use brdfit::model::{AnyModel, Choices, Expression, LobeValues, ModelEntry, REGISTRY, Role, Strength};
+use brdfit::model::{Expression, LobeValues, ModelEntry, REGISTRY, Role, Strength};
 use brdfit::parameters::{ParameterTable, Selector, Setting};
 use brdfit::progress::{Progress, Quiet};
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
@@ -24,16 +24,10 @@ const SLACK: f64 = 1e-9;
 const NOTHING: f64 = 1e-18;
 const PAIRS: usize = 60;
 
-fn variants() -> impl Iterator<Item = (&'static ModelEntry, AnyModel, Choices)> {
-    REGISTRY
-        .iter()
-        .flat_map(|entry| entry.variants().into_iter().map(move |(model, choices)| (entry, model, choices)))
-}
-
 /// Each model says what must be 0 for it to vanish: then it does, and without that it does not.
 #[test]
 fn every_model_says_how_it_vanishes() {
-    for (entry, model, choices) in variants() {
+    for (entry, model, choices) in every_variant() {
         let specs = model.parameters();
         let strength = model.strength();
         let expression = Expression::parse(&format!("{}({})", entry.name, choices.text())).unwrap();
@@ -143,7 +137,7 @@ fn worse(data: &Measurement, pairs: &[(String, String)]) -> Vec<String> {
 #[test]
 fn a_sum_is_never_worse_than_its_parts() {
     let all: Vec<String> =
-        variants().map(|(entry, _, choices)| format!("{}({})", entry.name, choices.text())).collect();
+        every_variant().map(|(entry, _, choices)| format!("{}({})", entry.name, choices.text())).collect();
     let mut rng = Pcg64Mcg::seed_from_u64(17);
     let mut drawn = || {
         // A model first, then a variant: most variants are cook-torrance's.
@@ -167,12 +161,10 @@ fn a_sum_is_never_worse_than_its_parts() {
 #[test]
 #[ignore = "takes minutes"]
 fn every_pair_on_five_data_sets() {
-    let names: Vec<String> = REGISTRY.iter().map(|entry| entry.name.to_owned()).collect();
-    let pair = |a: usize, b: usize| (names[a].clone(), names[b].clone());
-    let pairs: Vec<(String, String)> = (0..names.len())
-        .flat_map(|a| (a..names.len()).map(move |b| (a, b)))
-        .map(|(a, b)| pair(a, b))
-        .collect();
+    let with_later = |(index, a): (usize, &ModelEntry)| {
+        REGISTRY[index..].iter().map(|b| (a.name.to_owned(), b.name.to_owned())).collect::<Vec<_>>()
+    };
+    let pairs: Vec<(String, String)> = REGISTRY.iter().enumerate().flat_map(with_later).collect();
     let mut failed = Vec::new();
     for (name, data) in made().into_iter().chain(measured()) {
         let worse = worse(&data, &pairs);

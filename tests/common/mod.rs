@@ -4,7 +4,7 @@
 
 pub mod truth;
 
-use brdfit::model::{Choices, ModelEntry};
+use brdfit::model::{AnyModel, Choices, ModelEntry, REGISTRY};
 use std::collections::BTreeMap;
 #[cfg(feature = "cli")]
 use std::ffi::OsStr;
@@ -24,6 +24,14 @@ pub fn manual_of(model: &str) -> PathBuf {
     let file = format!("{}.rs", model.replace('-', "_"));
     let [zoo, published] = ["zoo", "published"].map(|folder| model_source(folder).join(&file));
     if zoo.exists() { zoo } else { published }
+}
+
+/// Every variant of every model.
+pub fn every_variant() -> impl Iterator<Item = (&'static ModelEntry, AnyModel, Choices)> {
+    let of = |entry: &'static ModelEntry| {
+        entry.variants().into_iter().map(move |(model, choices)| (entry, model, choices))
+    };
+    REGISTRY.iter().flat_map(of)
 }
 
 /// Whether a variant differs from the default in more than one choice: it is a product of others' parts.
