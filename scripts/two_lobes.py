@@ -12,21 +12,24 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
+from common import SHARED_DATA, checked_brdfit, nbrdf_tool
+
 ONE = "lambert + cook-torrance"
 TWO = f"{ONE} + cook-torrance"
 MOST_SAMPLES = 100_000
 """Samples per fit: enough for any table, and few enough for all materials in minutes."""
 
 
-def merl_tables(npz, tool, folder):
-    """Makes MERL tables of the networks in a file, one at a time, and yields their paths."""
-    import numpy
-
-    names = sorted({key.split("/")[0] for key in numpy.load(npz).files})
-    for name in names:
-        path = Path(folder) / f"{name}.binary"
-        done = subprocess.run([sys.executable, tool, npz, name, path], capture_output=True, text=True)
-        if done.returncode == 0:
+def merl_tables(folder):
+    """Makes MERL tables of the networks at hand, one at a time, and yields their paths."""
+    tool = nbrdf_tool()
+    for file in sorted((SHARED_DATA / "nbrdf").glob("*.npz")):
+        networks = np.load(file)
+        for name in sorted(networks.files):
+            path = Path(folder) / f"{name}.binary"
+            tool.write_merl(tool.decode(networks[name])[0], path)
             yield path
             path.unlink()
 
@@ -43,23 +46,15 @@ def fit(brdfit, path, model, hold_out):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--brdfit", required=True, help="the program")
-    parser.add_argument("--shared", default="../shared", type=Path, help="the folder with measurements")
-    arguments = parser.parse_args()
+    brdfit = checked_brdfit(parser, parser.parse_args().brdfit)
     worse, ratios = [], []
     print("| material | one lobe | two lobes | ratio | held out: ratio |\n|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
-        data = arguments.shared / "data"
-        tool = arguments.shared / "tools" / "nbrdf_to_merl.py"
-        cornell = sorted((data / "cornell").glob("*.brdf"))
-        tables = (path for npz in sorted((data / "nbrdf").glob("*.npz")) for path in merl_tables(npz, tool, folder))
-        for path in itertools.chain(cornell, tables):
-            one, two = (fit(arguments.brdfit, path, model, False) for model in (ONE, TWO))
-            try:
-                held_one, held_two = (fit(arguments.brdfit, path, model, True) for model in (ONE, TWO))
-                held = f"{held_two / held_one:.3f}"
-            except (KeyError, TypeError, json.JSONDecodeError):
-                held = "-"
-            print(f"| {path.stem} | {one:.5f} | {two:.5f} | {two / one:.3f} | {held} |", flush=True)
+        cornell = sorted((SHARED_DATA / "cornell").glob("*.brdf"))
+        for path in itertools.chain(cornell, merl_tables(folder)):
+            one, two = (fit(brdfit, path, model, False) for model in (ONE, TWO))
+            held_one, held_two = (fit(brdfit, path, model, True) for model in (ONE, TWO))
+            print(f"| {path.stem} | {one:.5f} | {two:.5f} | {two / one:.3f} | {held_two / held_one:.3f} |", flush=True)
             ratios.append(two / one)
             if two > one * (1 + 1e-9):
                 worse.append(path.stem)
