@@ -1,7 +1,7 @@
 //! A model at given parameters: the BRDF itself.
 
 use crate::error::Error;
-use crate::geometry::{Directions, Pair};
+use crate::geometry::{Azimuths, Directions, Pair};
 use crate::model::{Expression, LobeValues};
 use crate::parameters::{ParameterTable, Selector, Setting, Settings};
 use glam::DVec3;
@@ -37,7 +37,10 @@ impl Brdf {
         let channels: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();
         let set = |(name, value): &(&str, f64)| Ok((Selector::parse(name)?, Setting::Set(*value)));
         let settings: Settings = values.iter().map(set).collect::<Result<_, Error>>()?;
-        Ok(Self::of_table(expression, &ParameterTable::new(expression, &channels, false, &settings)?))
+        Ok(Self::of_table(
+            expression,
+            &ParameterTable::new(expression, &channels, Azimuths::Several, &settings)?,
+        ))
     }
 
     /// Creates a BRDF from a model at the values in a table of its parameters.

@@ -7,7 +7,7 @@
 
 use crate::common::truth::{draw, range};
 use brdfit::fit::{Fit, Method, Metric, Options, fit};
-use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair, direction};
+use brdfit::geometry::{Azimuths, Directions, HalfDifferenceGrid, Pair, direction};
 use brdfit::measurement::{Filters, Measurement, Samples, Weighting};
 use brdfit::model::{Expression, ParamSpec};
 use brdfit::parameters::{ParameterTable, Selector, Setting, Settings};
@@ -164,7 +164,8 @@ fn from_truth(case: &Case, truth: &ParameterTable) -> Settings {
 /// judged without noise by the sigma that the noise will have, so that the noise has no say in it.
 fn truth(case: &Case, rng: &mut Pcg64Mcg) -> (ParameterTable, Measurement) {
     loop {
-        let mut truth = ParameterTable::new(&case.expression, &case.channels, false, &case.free).unwrap();
+        let mut truth =
+            ParameterTable::new(&case.expression, &case.channels, Azimuths::Several, &case.free).unwrap();
         for index in truth.free().to_vec() {
             let value = true_value(case, &truth.rows()[index].spec, rng);
             truth.set_value(index, value);
@@ -253,7 +254,8 @@ fn calibrate(sets: &Range<u64>, setups: &[Setup]) -> (Vec<(String, Vec<Summary>)
     for case in cases() {
         let of_set = |number| one_set(&case, number, setups);
         let sets: Vec<Verdicts> = sets.clone().into_par_iter().map(of_set).collect();
-        let table = ParameterTable::new(&case.expression, &case.channels, false, &case.free).unwrap();
+        let table =
+            ParameterTable::new(&case.expression, &case.channels, Azimuths::Several, &case.free).unwrap();
         for (parameter, index) in table.free().iter().enumerate() {
             let name = format!("{}: {}", case.expression.canonical(), table.name(*index));
             rows.push((name, (0..setups.len()).map(|setup| summary(&sets, setup, parameter)).collect()));
@@ -313,7 +315,8 @@ fn intervals_hold_the_truth_ten_thousand_times() {
 /// so can be solved outright: weighted columns and right-hand side, channel after channel.
 fn linear_problem(data: &Measurement, weighting: Weighting) -> (DMatrix<f64>, DVector<f64>) {
     let expression = Expression::parse("lambert + cook-torrance").unwrap();
-    let mut table = ParameterTable::new(&expression, &["r".into(), "g".into()], true, &linear()).unwrap();
+    let mut table =
+        ParameterTable::new(&expression, &["r".into(), "g".into()], Azimuths::Lost, &linear()).unwrap();
     let filters = Filters::default().with_weighting(weighting);
     let samples = Samples::select(data, &filters).unwrap();
     let mut value_at = |parameters: [f64; 3], channel: usize| -> Vec<f64> {
@@ -346,7 +349,8 @@ fn linear() -> Settings {
 /// A dozen cells of a grid, few of them in the lobe, with 5 % noise.
 fn linear_data() -> Measurement {
     let expression = Expression::parse("lambert + cook-torrance").unwrap();
-    let mut truth = ParameterTable::new(&expression, &["r".into(), "g".into()], true, &linear()).unwrap();
+    let mut truth =
+        ParameterTable::new(&expression, &["r".into(), "g".into()], Azimuths::Lost, &linear()).unwrap();
     for (index, value) in truth.free().to_vec().into_iter().zip([0.3, 0.6, 0.2]) {
         truth.set_value(index, value);
     }
@@ -411,7 +415,7 @@ fn one_sample_alone_in_the_peak() {
     let expression = Expression::parse("lambert + cook-torrance(f=none)").unwrap();
     let at = |name: &str, setting| (Selector::parse(name).unwrap(), setting);
     let settings = vec![at("m", Setting::Fix(1e-3)), at("ks", Setting::Free)];
-    let mut truth = ParameterTable::new(&expression, &["y".into()], false, &settings).unwrap();
+    let mut truth = ParameterTable::new(&expression, &["y".into()], Azimuths::Several, &settings).unwrap();
     for (index, value) in truth.free().to_vec().into_iter().zip([0.5, 0.1]) {
         truth.set_value(index, value);
     }
@@ -444,7 +448,7 @@ fn one_sample_alone_in_the_peak() {
 fn log_and_cbrt_shift_levels_as_predicted() {
     const SIZE: f64 = 0.1;
     let expression = Expression::parse("lambert").unwrap();
-    let mut truth = ParameterTable::new(&expression, &["y".into()], false, &Vec::new()).unwrap();
+    let mut truth = ParameterTable::new(&expression, &["y".into()], Azimuths::Several, &Vec::new()).unwrap();
     truth.set_value(0, 0.9);
     // Every pair is measured twice with opposite noise: the first order cancels and the bias remains.
     let pairs = scattered_directions(20_000, MAX_THETA, 5);

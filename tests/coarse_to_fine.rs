@@ -17,7 +17,7 @@ use std::sync::Arc;
 fn data(truth: &str, directions: Directions) -> Measurement {
     let expression = Expression::parse(truth).unwrap();
     let channels = ["r", "g"].map(str::to_owned);
-    let table = ParameterTable::new(&expression, &channels, directions.is_grid(), &Vec::new()).unwrap();
+    let table = ParameterTable::new(&expression, &channels, directions.azimuths(), &Vec::new()).unwrap();
     measurement(&expression, &table, directions, Noise { relative: 0.1, absolute: 1e-3 }, 7)
 }
 

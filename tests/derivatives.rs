@@ -2,7 +2,7 @@
 //! against central differences.
 
 use brdfit::fit::{Metric, ReflectanceProblem};
-use brdfit::geometry::{Block, Directions, Geometry, Row, direction};
+use brdfit::geometry::{Azimuths, Block, Directions, Geometry, Row, direction};
 use brdfit::math::Scalar;
 use brdfit::measurement::{Filters, Samples};
 use brdfit::model::{
@@ -318,7 +318,7 @@ fn gradient_of_the_cost() {
                 Setting::Tie(Selector::parse("albedo.r").unwrap()),
             ));
         }
-        let truth = ParameterTable::new(&expression, &channels, false, &settings).unwrap();
+        let truth = ParameterTable::new(&expression, &channels, Azimuths::Several, &settings).unwrap();
         let directions = Directions::Scattered(scattered_directions(300, 80.0, 3));
         let noise = Noise { relative: 0.1, absolute: 1e-3 };
         let measured = measurement(&expression, &truth, directions, noise, 5);

@@ -24,7 +24,7 @@ fn synthetic(model: &str, channels: &[&str], values: &[(&str, f64)], directions:
     let channels: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();
     let set: Vec<(&str, Setting)> =
         values.iter().map(|(name, value)| (*name, Setting::Set(*value))).collect();
-    let table = ParameterTable::new(&expression, &channels, directions.is_grid(), &settings(&set)).unwrap();
+    let table = ParameterTable::new(&expression, &channels, directions.azimuths(), &settings(&set)).unwrap();
     measurement(&expression, &table, directions, Noise::default(), 1)
 }
 

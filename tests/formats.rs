@@ -5,7 +5,7 @@
 use crate::common::{CELLS, Folder, merl_filled, merl_header, shared};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use brdfit::Error;
-use brdfit::geometry::{Directions, Geometry};
+use brdfit::geometry::{Azimuths, Directions, Geometry};
 use brdfit::measurement::formats::{
     BinPosition, File, REGISTRY, ReadOptions, csv, merl, named, read, read_directions,
 };
@@ -52,7 +52,7 @@ fn what_synth_writes_is_read_back() {
     let channels = ["r", "550", "x.y"].map(str::to_owned);
     let set = |name: &str, value| (Selector::parse(name).unwrap(), Setting::Set(value));
     let settings = vec![set("kd", 0.3), set("kd.r", 0.7), set("m", 0.15), set("f0[550]", 0.9)];
-    let table = ParameterTable::new(&expression, &channels, false, &settings).unwrap();
+    let table = ParameterTable::new(&expression, &channels, Azimuths::Several, &settings).unwrap();
     let directions = Directions::Scattered(scattered_directions(500, 89.0, 3));
     let noise = Noise { relative: 0.1, absolute: 1e-3 };
     let written = measurement(&expression, &table, directions, noise, 9);

@@ -3,7 +3,7 @@
 
 use crate::common::{every_variant, is_product, manual_of};
 use approx::assert_relative_eq;
-use brdfit::geometry::{Directions, Geometry, Pair, direction};
+use brdfit::geometry::{Azimuths, Directions, Geometry, Pair, direction};
 use brdfit::health::{self, ALBEDO_SLACK, Effort, Integral, Quadrature, directional_albedo};
 use brdfit::math::{GaussLegendre, count};
 use brdfit::model::{
@@ -255,7 +255,7 @@ fn table(expression: &Expression, set: &[(&str, f64)]) -> ParameterTable {
     let channels = ["f".to_owned()];
     let settings =
         set.iter().map(|(name, value)| (Selector::parse(name).unwrap(), Setting::Set(*value))).collect();
-    ParameterTable::new(expression, &channels, false, &settings).unwrap()
+    ParameterTable::new(expression, &channels, Azimuths::Several, &settings).unwrap()
 }
 
 /// Health of a model, looked at quickly.

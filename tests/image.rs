@@ -22,7 +22,7 @@ fn satin(m: f64, directions: Directions) -> Measurement {
     let set = [("kd", 0.2), ("m", m), ("f0", 0.05)];
     let set = set.map(|(name, value)| (Selector::parse(name).unwrap(), Setting::Fix(value)));
     let channels = ["r", "g", "b"].map(str::to_owned);
-    let table = ParameterTable::new(&expression, &channels, directions.is_grid(), &set.to_vec()).unwrap();
+    let table = ParameterTable::new(&expression, &channels, directions.azimuths(), &set.to_vec()).unwrap();
     measurement(&expression, &table, directions, Noise::default(), 1)
 }
 

@@ -16,6 +16,7 @@ mod extremes;
 mod formats;
 mod health;
 mod heightfield;
+mod held;
 #[cfg(feature = "images")]
 mod image;
 mod models;

@@ -6,7 +6,7 @@
 
 use crate::common::{every_variant, shared};
 use brdfit::fit::{Fit, Metric, Options, ParameterState, ReflectanceProblem, WarningKind, fit};
-use brdfit::geometry::Directions;
+use brdfit::geometry::{Azimuths, Directions};
 use brdfit::measurement::{Filters, Measurement, Samples};
 use brdfit::model::{Expression, LobeValues, ModelEntry, REGISTRY, Role, Strength};
 use brdfit::parameters::{ParameterTable, Selector, Setting};
@@ -71,7 +71,7 @@ fn squares(data: &Measurement) -> f64 {
     let expression = Expression::parse("lambert").unwrap();
     let samples = Samples::select(data, &filters()).unwrap();
     let channels: Vec<String> = data.channels.iter().map(|channel| channel.name.clone()).collect();
-    let table = ParameterTable::new(&expression, &channels, false, &Vec::new()).unwrap();
+    let table = ParameterTable::new(&expression, &channels, Azimuths::Several, &Vec::new()).unwrap();
     ReflectanceProblem::new(&expression, &samples, table, Metric::Cbrt).magnitude().powi(2)
 }
 
@@ -80,7 +80,7 @@ fn synthetic(model: &str, set: &[(&str, f64)], channels: &[&str], noise: Noise) 
     let channels: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();
     let settings =
         set.iter().map(|(name, value)| (Selector::parse(name).unwrap(), Setting::Set(*value))).collect();
-    let table = ParameterTable::new(&expression, &channels, false, &settings).unwrap();
+    let table = ParameterTable::new(&expression, &channels, Azimuths::Several, &settings).unwrap();
     measurement(&expression, &table, Directions::Scattered(scattered_directions(SAMPLES, 80.0, 5)), noise, 6)
 }
 

@@ -8,7 +8,7 @@
 use crate::common::is_product;
 use crate::common::truth::{draw, range};
 use brdfit::fit::{Fit, Metric, Options, fit};
-use brdfit::geometry::{Directions, HalfDifferenceGrid};
+use brdfit::geometry::{Azimuths, Directions, HalfDifferenceGrid};
 use brdfit::measurement::{Filters, Weighting};
 use brdfit::model::{Choices, Expression, ModelEntry, ParamSpec, REGISTRY, Role};
 use brdfit::parameters::{ParameterTable, Selector, Setting, Settings};
@@ -81,7 +81,8 @@ fn truth(
     settings: &Settings,
     rng: &mut Pcg64Mcg,
 ) -> ParameterTable {
-    let mut table = ParameterTable::new(&case.expression, channels, on_grid, settings).unwrap();
+    let azimuths = if on_grid { Azimuths::Lost } else { Azimuths::Several };
+    let mut table = ParameterTable::new(&case.expression, channels, azimuths, settings).unwrap();
     let expression = case.expression.canonical();
     for index in table.free().to_vec() {
         let spec = table.rows()[index].spec.clone();

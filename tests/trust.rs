@@ -4,7 +4,7 @@
 
 use crate::common::{Folder, Run, parse};
 use brdfit::fit::{Fit, Metric, Options, Uncertainty, fit};
-use brdfit::geometry::{Directions, Pair, direction};
+use brdfit::geometry::{Azimuths, Directions, Pair, direction};
 use brdfit::model::Expression;
 use brdfit::parameters::ParameterTable;
 use brdfit::progress::{Progress, Quiet};
@@ -299,7 +299,7 @@ impl Progress for Impatient {
 #[test]
 fn resampling_stops_when_told() {
     let expression = Expression::parse("lambert").unwrap();
-    let table = ParameterTable::new(&expression, &["y".to_owned()], false, &Vec::new()).unwrap();
+    let table = ParameterTable::new(&expression, &["y".to_owned()], Azimuths::Several, &Vec::new()).unwrap();
     let wi = (0..70).map(|k| direction(f64::from(k / 7).to_radians() * 5.0, 0.0));
     let wo = (0..70).map(|k| direction(f64::from(k % 7).to_radians() * 10.0, 1.0));
     let pairs = wi.zip(wo).map(|(wi, wo)| Pair { wi, wo }).collect();
@@ -361,7 +361,8 @@ impl Study {
     /// Each set's report by each method.
     fn reports(&self) -> Vec<[Report; 2]> {
         let expression = Expression::parse("lambert + cook-torrance").unwrap();
-        let mut truth = ParameterTable::new(&expression, &["y".to_owned()], false, &Vec::new()).unwrap();
+        let mut truth =
+            ParameterTable::new(&expression, &["y".to_owned()], Azimuths::Several, &Vec::new()).unwrap();
         for (row, value) in truth.free().to_vec().into_iter().zip(TRUTH) {
             truth.set_value(row, value);
         }

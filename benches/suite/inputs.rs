@@ -1,6 +1,6 @@
 //! Files to fit: given ones, or such as are made here.
 
-use brdfit::geometry::{Directions, HalfDifferenceGrid};
+use brdfit::geometry::{Azimuths, Directions, HalfDifferenceGrid};
 use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::{ReadOptions, csv, merl, read};
 use brdfit::model::Expression;
@@ -54,9 +54,9 @@ pub fn name(file: &Path) -> String {
 }
 
 /// Parameters for `channels` channels with lobes of different roughness.
-pub fn parameters(expression: &Expression, channels: usize, grid: bool) -> ParameterTable {
+pub fn parameters(expression: &Expression, channels: usize, azimuths: Azimuths) -> ParameterTable {
     let names: Vec<String> = (0..channels).map(|channel| format!("c{channel}")).collect();
-    let mut table = ParameterTable::new(expression, &names, grid, &Vec::new()).unwrap();
+    let mut table = ParameterTable::new(expression, &names, azimuths, &Vec::new()).unwrap();
     for index in 0..table.rows().len() {
         let row = &table.rows()[index];
         let (lobe, channel) =
@@ -80,7 +80,7 @@ pub fn directions(n: usize) -> Directions {
 
 /// A measurement in scattered directions, without standard deviations: samples count alike.
 pub fn scattered(expression: &Expression, samples: usize, channels: usize) -> Measurement {
-    let table = parameters(expression, channels, false);
+    let table = parameters(expression, channels, Azimuths::Several);
     let mut measured = measurement(expression, &table, directions(samples), NOISE, 1);
     measured.sigma = None;
     measured
@@ -97,7 +97,7 @@ fn satin_table(folder: &Path) -> PathBuf {
         })
         .collect();
     let directions = Directions::Grid { grid, cells: cells.clone() };
-    let data = measurement(&expression, &parameters(&expression, 3, true), directions, NOISE, 1);
+    let data = measurement(&expression, &parameters(&expression, 3, Azimuths::Lost), directions, NOISE, 1);
     let path = folder.join("satin.binary");
     let bytes = merl::encode(&path, |cell| {
         let index = cells.binary_search(&cell).ok()?;

@@ -13,7 +13,7 @@ pub fn table(setup: &Setup) -> String {
     let expression = Expression::parse(ONE_LOBE).unwrap();
     let measurement = load(setup.inputs.table());
     let samples = Samples::select(&measurement, &Filters::default()).unwrap();
-    let table = parameters(&expression, samples.values.len(), true);
+    let table = parameters(&expression, samples.values.len(), samples.directions.azimuths());
     let x = DVector::from_vec(table.coordinates());
 
     let mut rows = Vec::new();

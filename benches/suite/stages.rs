@@ -9,7 +9,7 @@ use super::inputs::{self, ONE_LOBE, load, parameters};
 use super::timing::{as_f64, with_threads};
 use super::{Setup, markdown};
 use brdfit::fit::{Metric, ReflectanceProblem};
-use brdfit::geometry::{BLOCK, Block, Row};
+use brdfit::geometry::{Azimuths, BLOCK, Block, Row};
 use brdfit::measurement::{Filters, Measurement, Samples};
 use brdfit::model::{BasisBlock, Derivatives, Expression};
 use brdfit::solver::LeastSquares;
@@ -134,7 +134,7 @@ fn one_thread(setup: &Setup) -> String {
     let geometry = effort.nanoseconds(|| in_blocks(&samples, |_| ()));
     add("geometry", geometry, Some(GEOMETRY));
     let expression = Expression::parse(ONE_LOBE).unwrap();
-    let table = parameters(&expression, samples.values.len(), true);
+    let table = parameters(&expression, samples.values.len(), samples.directions.azimuths());
     let values = table.formula_values(0);
     let mut bases = vec![BasisBlock::default(); values.len()];
     let with_basis = effort.nanoseconds(|| {
@@ -196,7 +196,7 @@ fn beside_the_samples(setup: &Setup) -> f64 {
     let pass = |samples: usize| {
         let measurement = inputs::scattered(&expression, samples, 3);
         let samples = Samples::select(&measurement, &Filters::default()).unwrap();
-        let table = parameters(&expression, 3, false);
+        let table = parameters(&expression, 3, Azimuths::Several);
         let x = DVector::from_vec(table.coordinates());
         let problem = ReflectanceProblem::new(&expression, &samples, table, Metric::L2);
         setup.effort.nanoseconds(|| problem.linearise(&x))

@@ -1,6 +1,8 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
 use super::options::{Options, Uncertainty};
+use super::problem::loss::Objective;
+use super::problem::observed::Observed;
 use super::problem::reflectance::ReflectanceProblem;
 use super::search::absent_lobes::minimise_escaping_absent_lobes;
 use super::search::best_start::SearchOutcome;
@@ -10,7 +12,7 @@ use super::verdict::hold_out;
 use super::verdict::result::Fit;
 use super::verdict::warning::Warning;
 use crate::error::Error;
-use crate::measurement::{Measurement, Samples};
+use crate::measurement::{Measurement, Samples, dead_channel_doubts};
 use crate::model::{Expression, Role};
 use crate::parameters::{ParameterTable, Status, written_inside};
 use crate::progress::Progress;
@@ -39,7 +41,9 @@ pub fn fit(
 ) -> Result<Fit, Error> {
     // Select the samples to fit, those that are held out, and the groups to resample from.
     let (expression, options) = &constrained(measurement, expression, options)?;
-    let (samples, table) = prepare(measurement, expression, options)?;
+    let (samples, mut table) = prepare(measurement, expression, options)?;
+    let dead = dead_channel_doubts(table.channels(), &samples.values, &samples.dead);
+    table.set_apart(&samples.dead);
     let (samples, held_out) = match options.hold_out {
         None => (samples, None),
         Some(fraction) => {
@@ -68,6 +72,7 @@ pub fn fit(
         problem = task.problem(&observed, table.clone(), found.objective);
         move_to(&mut solution, &problem, &table);
     }
+    task.fit_dead_channels(&mut table, found.objective)?;
 
     // Find how far the parameters move when the angles of incidence are resampled.
     let (resampled, cut_short) = match &groups {
@@ -80,7 +85,7 @@ pub fn fit(
     let mut fit = task.judge(&problem, table, solution, found, resampled)?;
     fit.warnings.extend(cut_short);
     fit.held_out = held_out.map(|held_out| held_out.judge(expression, &fit.table));
-    fit.warnings.splice(0..0, doubts(measurement));
+    fit.warnings.splice(0..0, doubts(measurement).chain(dead.into_iter().map(Warning::Data)));
     Ok(fit)
 }
 
@@ -114,6 +119,19 @@ impl Task<'_> {
         // The solver counts the last pass a second time.
         solution.evaluations += passes.saturating_sub(1);
         Ok(solution)
+    }
+
+    /// Fits the amplitudes of dead channels to them, with everything that channels share as it is.
+    fn fit_dead_channels(&self, table: &mut ParameterTable, objective: Objective) -> Result<(), Error> {
+        let Some(apart) = table.only_apart() else { return Ok(()) };
+        let observed = Arc::new(Observed::of_dead_channels(self.samples, self.options.metric));
+        let start = DVector::from_vec(apart.coordinates());
+        let problem = self.problem(&observed, apart.clone(), objective);
+        let solution = minimise(&problem, start, FINAL, self.limits(self.options.iterations, None))?;
+        let mut found = apart;
+        found.set_coordinates(solution.x.as_slice());
+        table.take_apart_values(&found);
+        Ok(())
     }
 
     /// Copies the parameters of a solution into `table`, sets amplitudes without effect to 0, and puts lobes in order.
@@ -158,13 +176,13 @@ fn prepare(
     options.check()?;
     let samples = Samples::select(measurement, &options.filters)?;
     let names = channel_names(measurement);
-    let table = ParameterTable::new(expression, &names, measurement.directions.is_grid(), &options.settings)?;
+    let table = ParameterTable::new(expression, &names, samples.directions.azimuths(), &options.settings)?;
     Ok((samples, table))
 }
 
 /// The warnings that the reader of the file raised.
 fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
-    measurement.doubts.iter().cloned().map(Warning::Reader)
+    measurement.doubts.iter().cloned().map(Warning::Data)
 }
 
 /// Computes the errors of the parameters that `options` set, without fitting.

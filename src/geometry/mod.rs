@@ -8,11 +8,13 @@
     reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
 )]
 
+mod azimuths;
 mod block;
 mod directions;
 mod half_difference;
 mod pair;
 
+pub use azimuths::Azimuths;
 #[doc(hidden)]
 pub use block::{BLOCK, Block, Row};
 pub(crate) use directions::gather;

@@ -101,6 +101,7 @@ mod tests {
             weights: vec![1.0; pairs.len()],
             directions: Directions::Scattered(pairs),
             weighting: Weighting::Uniform,
+            dead: vec![false],
             dropped: BTreeMap::new(),
         }
     }

@@ -1,6 +1,7 @@
 //! Measured reflectance: the contents of a file, which samples are usable, and how they are weighted.
 
 mod coverage;
+mod dead_channels;
 mod draws;
 pub mod formats;
 mod from_arrays;
@@ -12,6 +13,8 @@ pub mod merl_digests;
 mod samples;
 
 pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
+#[doc(hidden)]
+pub use dead_channels::{dead_channels, doubts as dead_channel_doubts};
 #[doc(hidden)]
 pub use draws::Draws;
 #[doc(hidden)]
@@ -78,16 +81,31 @@ pub enum Doubt {
         /// The largest angle to the normal, in degrees.
         steepest_deg: f64,
     },
+    /// A channel has the same value at every sample while others vary. In a fit it has no say in what the channels share.
+    DeadChannel {
+        /// Its name.
+        channel: String,
+        /// The value, 1/sr.
+        value: f64,
+        /// The number of samples.
+        samples: usize,
+    },
 }
 
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::SuspiciousAngles { steepest_deg } = self;
-        write!(
-            f,
-            "no direction is more than {steepest_deg:.2} degrees from the normal: if the file's angles are in radians, \
-             convert them to degrees"
-        )
+        match self {
+            Self::SuspiciousAngles { steepest_deg } => write!(
+                f,
+                "no direction is more than {steepest_deg:.2} degrees from the normal: if the file's angles are in radians, \
+                 convert them to degrees"
+            ),
+            Self::DeadChannel { channel, value, samples } => write!(
+                f,
+                "channel {channel} is {value:.6} at all {samples} samples while others vary, as if its detector were dead: in a \
+                 fit it has no say in what the channels share, and its own parameters have no standard errors"
+            ),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The samples that a fit uses, and their weights.
 
-use super::Measurement;
+use super::{Measurement, dead_channels};
 use crate::error::{Error, OptionName, short};
 use crate::geometry::{Directions, Geometry};
 use crate::math::count;
@@ -107,6 +107,8 @@ pub struct Samples {
     pub weights: Vec<f64>,
     /// How the weights were chosen.
     pub weighting: Weighting,
+    /// Whether each channel is dead: constant while others vary. Dead channels do not count.
+    pub dead: Vec<bool>,
     /// Number of samples left out, in reading or here, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
 }
@@ -196,7 +198,8 @@ impl Samples {
             },
         );
         let sigma = kept_sigma;
-        Ok(Self { values, directions, sigma, weights, weighting, dropped })
+        let dead = dead_channels(&values);
+        Ok(Self { values, directions, sigma, weights, weighting, dead, dropped })
     }
 
     /// The number of samples.
@@ -221,6 +224,7 @@ impl Samples {
             sigma: self.sigma.as_ref().map(gather),
             weights: crate::geometry::gather(&self.weights, indices),
             weighting: self.weighting,
+            dead: self.dead.clone(),
             dropped: self.dropped.clone(),
         }
     }

@@ -39,7 +39,7 @@ pub use energy::Energy;
 #[doc(hidden)]
 pub use evaluation::BasisBlock;
 pub use expression::{Expression, Lobe, LobeValues};
-pub use parameter::{ParamSpec, Role, Scale, Sharing, Sharper, Unit};
+pub use parameter::{Isotropy, ParamSpec, Role, Scale, Sharing, Sharper, Unit};
 #[doc(hidden)]
 pub use part::{Derivatives, Kernel, Part, PreparedBy, Visitor};
 pub(crate) use part::{Reshape, Reshaped};

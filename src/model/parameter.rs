@@ -66,6 +66,15 @@ pub enum Scale {
     Square,
 }
 
+/// The value at which a parameter leaves its model isotropic.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Isotropy {
+    /// The value of this parameter of the same model.
+    As(&'static str),
+    /// This value, in the parameter's unit.
+    At(f64),
+}
+
 /// Whether small or large values of a parameter make its lobe sharper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sharper {
@@ -102,9 +111,9 @@ pub struct ParamSpec {
     pub sharing: Sharing,
     /// Linear, logarithmic or square.
     pub scale: Scale,
-    /// The parameter of the same model that this one is tied to if the data do not contain the azimuth of the half vector.
-    /// `None` if there is no such parameter.
-    pub isotropic_as: Option<&'static str>,
+    /// The value at which this parameter leaves the model isotropic, and at which it is held if the data cannot tell an anisotropic
+    /// material from an isotropic one. `None` if it does not make the model anisotropic.
+    pub isotropy: Option<Isotropy>,
     /// How this parameter sorts lobes of one kind, sharpest first. `None` if it does not sort them.
     pub sharper: Option<Sharper>,
 }
@@ -125,7 +134,7 @@ impl ParamSpec {
             role: Role::Amplitude,
             sharing: Sharing::PerChannel,
             scale: Scale::Linear,
-            isotropic_as: None,
+            isotropy: None,
             sharper: None,
         }
     }
@@ -152,7 +161,7 @@ impl ParamSpec {
             role: Role::Shape,
             sharing: Sharing::Shared,
             scale,
-            isotropic_as: None,
+            isotropy: None,
             sharper: None,
         }
     }
@@ -181,10 +190,16 @@ impl ParamSpec {
         Self { fixed: true, ..self }
     }
 
-    /// The same parameter, tied to `other` if the data do not contain the azimuth of the half vector.
+    /// The same parameter, which leaves the model isotropic if it equals `other`, a parameter of the same model.
     #[must_use]
     pub const fn isotropic_as(self, other: &'static str) -> Self {
-        Self { isotropic_as: Some(other), ..self }
+        Self { isotropy: Some(Isotropy::As(other)), ..self }
+    }
+
+    /// The same parameter, which leaves the model isotropic at `value`.
+    #[must_use]
+    pub const fn isotropic_at(self, value: f64) -> Self {
+        Self { isotropy: Some(Isotropy::At(value)), ..self }
     }
 
     /// The same parameter, used to sort lobes of one kind.

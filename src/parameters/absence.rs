@@ -75,7 +75,7 @@ impl ParameterTable {
         let may_vanish = |row: &usize| {
             let row = &self.rows[*row];
             let fitted = match row.status {
-                Status::Free => true,
+                Status::Free | Status::Apart => true,
                 Status::Fixed => matches!(self.strengths[lobe], Strength::Scale(_)) && !row.given,
                 Status::Tied(to) => self.rows[to].lobe == lobe,
                 Status::Absent => false,
@@ -139,7 +139,8 @@ impl ParameterTable {
         if let [only] = table.surfaces()[..] {
             for row in table.scales(only) {
                 let row = &mut table.rows[row];
-                if row.status == Status::Free && !row.given && !row.spec.fixed {
+                let is_fitted = matches!(row.status, Status::Free | Status::Apart);
+                if is_fitted && !row.given && !row.spec.fixed {
                     (row.status, row.value, row.initial) =
                         (Status::Fixed, row.spec.initial, row.spec.initial);
                     row.spec.fixed = true;
@@ -190,7 +191,7 @@ impl ParameterTable {
             let scales = self.scales(lobe);
             let gone = |row: &usize| {
                 let row = &self.rows[*row];
-                row.status == Status::Free && row.value == 0.0
+                row.status == Status::Apart || (row.status == Status::Free && row.value == 0.0)
             };
             let may_vanish = !scales.is_empty() && !self.has_followers(lobe) && self.lobes.len() > 1;
             if may_vanish && scales.iter().all(gone) {

@@ -6,6 +6,7 @@
 
 mod absence;
 mod constraints;
+mod dead_channels;
 pub(crate) mod in_expression;
 mod order;
 mod row;

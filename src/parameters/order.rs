@@ -80,7 +80,7 @@ impl ParameterTable {
         let alike = |i: usize, j: usize| {
             let (x, y) = (&self.rows[i], &self.rows[j]);
             let same_role = match (x.status, y.status) {
-                (Status::Free, Status::Free) => true,
+                (Status::Free, Status::Free) | (Status::Apart, Status::Apart) => true,
                 (Status::Fixed, Status::Fixed) => x.value == y.value,
                 // Tied to each other, or each tied to the same parameter of its own lobe or of a third one.
                 (Status::Tied(t), _) if t == j => true,

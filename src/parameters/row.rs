@@ -14,6 +14,8 @@ pub enum Status {
     Tied(usize),
     /// It has no effect, because its lobe is absent.
     Absent,
+    /// It belongs to a dead channel: it is fitted to that channel after the others, and has no say in what channels share.
+    Apart,
 }
 
 /// A parameter as it is written to reports.
@@ -48,6 +50,10 @@ pub struct ParameterRow {
     pub bounds: (f64, f64),
     /// Free, fixed or tied.
     pub status: Status,
+    /// Whether it is held at the value that leaves its model isotropic, because the data cannot show another.
+    pub held: bool,
+    /// Whether the user asked for something else.
+    pub overruled: bool,
 }
 
 impl ParameterRow {

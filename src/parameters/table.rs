@@ -4,7 +4,8 @@ use super::constraints::check_contradictions;
 use super::row::{ParameterRow, ParameterValue, Status};
 use super::selector::{Selector, Setting, Settings, channel_suffix, resolve};
 use crate::error::{Error, OptionName, Subject};
-use crate::model::{Expression, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing, Strength};
+use crate::geometry::Azimuths;
+use crate::model::{Expression, Isotropy, Lobe, LobeValues, ParamSpec, Role, Scale, Sharing, Strength};
 
 /// Values closer than this, as a ratio or as a fraction of the typical range, belong to the same minimum.
 const SAME_VALUE: f64 = 0.05;
@@ -24,6 +25,10 @@ pub struct ParameterTable {
     pub(super) products: Vec<Product>,
     /// How each lobe can be absent.
     pub(super) strengths: Vec<Strength>,
+    /// What the data tell about the azimuth of the half vector.
+    azimuths: Azimuths,
+    /// Whether each channel is dead.
+    pub(super) dead: Vec<bool>,
 }
 
 /// Two parameters of a lobe whose product is determined better than either of them.
@@ -38,8 +43,8 @@ pub struct Product {
 }
 
 impl ParameterTable {
-    /// Creates the table of the parameters of `expression` for `channels`, with the constraints inside it and in `settings`. `isotropic`
-    /// data do not contain the half vector's azimuth, so parameters that only it tells apart are tied.
+    /// Creates the table of the parameters of `expression` for `channels`, with the constraints inside it and in `settings`. What
+    /// `azimuths` cannot tell is held at the value that leaves the model isotropic.
     ///
     /// # Errors
     /// [`Error::UnknownName`] for a setting that names nothing, [`Error::Invalid`] for one that does not suit the
@@ -47,7 +52,7 @@ impl ParameterTable {
     pub fn new(
         expression: &Expression,
         channels: &[String],
-        isotropic: bool,
+        azimuths: Azimuths,
         settings: &Settings,
     ) -> Result<Self, Error> {
         let settings = &[expression.settings()?, settings.clone()].concat();
@@ -86,6 +91,8 @@ impl ParameterTable {
             free: Vec::new(),
             products: products(expression, &specs),
             strengths: expression.lobes().iter().map(Lobe::strength).collect(),
+            azimuths,
+            dead: vec![false; channels.len()],
         };
         for (lobe, lobe_specs) in specs.iter().enumerate() {
             let mut places = Vec::new();
@@ -105,15 +112,15 @@ impl ParameterTable {
                     given: false,
                     bounds: spec.bounds,
                     status: if spec.fixed { Status::Fixed } else { Status::Free },
+                    held: false,
+                    overruled: false,
                 }));
                 places.push((first..table.rows.len()).collect());
             }
             table.places.push(places);
         }
         table.free_scales_of_several();
-        if isotropic {
-            table.tie_isotropic(settings, &specs)?;
-        }
+        table.hold_isotropic(settings, &specs)?;
         for (selector, setting) in settings {
             table.apply(selector, setting, &specs)?;
         }
@@ -121,25 +128,44 @@ impl ParameterTable {
         Ok(table)
     }
 
-    /// Ties the parameters that only the half vector's azimuth tells apart, unless the user has fixed them.
-    fn tie_isotropic(&mut self, settings: &Settings, specs: &[Vec<ParamSpec>]) -> Result<(), Error> {
-        let mut ties = Vec::new();
-        for (index, row) in self.rows.iter().enumerate() {
-            let Some(other) = row.spec.isotropic_as else { continue };
-            let target = self
-                .rows
-                .iter()
-                .position(|r| r.lobe == row.lobe && r.spec.name == other && r.channel == row.channel);
-            ties.extend(target.map(|target| (index, target)));
-        }
+    /// Holds the parameters that make a model anisotropic at the values at which it is isotropic, as far as the data cannot tell. A
+    /// value that the user gives stands, and where the data tell at least a little, so does the wish to fit it.
+    fn hold_isotropic(&mut self, settings: &Settings, specs: &[Vec<ParamSpec>]) -> Result<(), Error> {
+        let may_fit = match self.azimuths {
+            Azimuths::Several => return Ok(()),
+            Azimuths::OnePlane => true,
+            Azimuths::Lost => false,
+        };
+        let mut decided: Vec<usize> = Vec::new();
         for (selector, setting) in settings {
-            if matches!(setting, Setting::Fix(_) | Setting::Set(_)) {
-                let rows = self.matching(selector, specs)?;
-                ties.retain(|(index, _)| !rows.contains(index));
+            let decides = match setting {
+                Setting::Fix(_) | Setting::Set(_) => true,
+                Setting::Free => may_fit,
+                _ => false,
+            };
+            if decides {
+                decided.extend(self.matching(selector, specs)?);
             }
         }
-        for (index, target) in ties {
-            self.rows[index].status = Status::Tied(target);
+        for index in (0..self.rows.len()).filter(|index| !decided.contains(index)) {
+            let row = &self.rows[index];
+            let Some(isotropy) = row.spec.isotropy else { continue };
+            let status = match isotropy {
+                Isotropy::At(_) => Status::Fixed,
+                Isotropy::As(other) => {
+                    let is_other = |r: &ParameterRow| {
+                        (r.lobe, r.spec.name) == (row.lobe, other)
+                            && (r.channel == row.channel || r.channel.is_none())
+                    };
+                    let Some(target) = self.rows.iter().position(is_other) else { continue };
+                    Status::Tied(target)
+                }
+            };
+            let row = &mut self.rows[index];
+            (row.status, row.held) = (status, true);
+            if let Isotropy::At(value) = isotropy {
+                row.value = value;
+            }
         }
         Ok(())
     }
@@ -164,6 +190,7 @@ impl ParameterTable {
         for index in rows {
             let row = &mut self.rows[index];
             match *setting {
+                Setting::Free | Setting::Init(_) | Setting::Bounds(..) if row.held => row.overruled = true,
                 Setting::Fix(value) => {
                     row.value = value;
                     row.given = true;
@@ -278,6 +305,12 @@ impl ParameterTable {
         }
     }
 
+    /// What the data tell about the azimuth of the half vector.
+    #[must_use]
+    pub fn azimuths(&self) -> Azimuths {
+        self.azimuths
+    }
+
     /// All rows, in the order of lobes, parameters and channels.
     #[must_use]
     pub fn rows(&self) -> &[ParameterRow] {
@@ -334,8 +367,9 @@ impl ParameterTable {
     /// [`Error::UnknownName`] if it names no row, [`Error::AmbiguousParameter`] if it names parameters of several
     /// lobes.
     pub(crate) fn rows_named(&self, selector: &Selector) -> Result<Vec<(usize, &ParameterRow)>, Error> {
-        let mut specs = vec![Vec::new(); self.lobes.len()];
-        self.rows.iter().for_each(|row| specs[row.lobe].push(row.spec.clone()));
+        let spec = |places: &Vec<usize>| places.first().map(|row| self.rows[*row].spec.clone());
+        let specs: Vec<Vec<ParamSpec>> =
+            self.places.iter().map(|of_lobe| of_lobe.iter().filter_map(spec).collect()).collect();
         Ok(self.matching(selector, &specs)?.into_iter().map(|index| (index, &self.rows[index])).collect())
     }
 
@@ -396,7 +430,7 @@ impl ParameterTable {
     pub fn source(&self, index: usize) -> usize {
         match self.rows[index].status {
             Status::Tied(target) => target,
-            Status::Free | Status::Fixed | Status::Absent => index,
+            Status::Free | Status::Fixed | Status::Absent | Status::Apart => index,
         }
     }
 
@@ -465,12 +499,13 @@ impl ParameterTable {
         table
     }
 
-    /// The same table with additional rows freed.
+    /// The same table with additional rows freed, apart from those of dead channels.
     #[must_use]
     pub fn with_freed(&self, indices: &[usize]) -> Self {
         let mut table = self.clone();
         for index in indices {
-            table.rows[*index].status = Status::Free;
+            let dead = table.is_of_dead_channel(*index);
+            table.rows[*index].status = if dead { Status::Apart } else { Status::Free };
         }
         table.list_free();
         table
@@ -550,7 +585,7 @@ mod tests {
         let expression = Expression::parse("lambert + cook-torrance + cook-torrance").unwrap();
         let channels = ["r", "g", "550"].map(str::to_owned);
         let settings = settings.iter().map(|(name, s)| (Selector::parse(name).unwrap(), s.clone())).collect();
-        ParameterTable::new(&expression, &channels, false, &settings)
+        ParameterTable::new(&expression, &channels, Azimuths::Several, &settings)
     }
 
     fn value(table: &ParameterTable, name: &str) -> f64 {

@@ -139,7 +139,7 @@ named! {
     Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
     Uncertainty (name): Formula BlockBootstrap;
     Unit (symbol): One Degrees UnscaledMerl;
-    WarningKind (name): AtBound Correlated DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
+    WarningKind (name): AtBound Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
         LossDiscards NotIdentifiable NotUsable Resampling Saturated StrengthAboveOne SuspiciousAngles TargetMissed
         TiedStarts WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;

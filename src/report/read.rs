@@ -2,10 +2,14 @@
 
 #![warn(clippy::indexing_slicing, reason = "bytes from outside are never indexed unchecked")]
 
+use super::open::ParameterStatus;
 use super::record::{Report, Reports, SCHEMA, SCHEMA_SEVERAL};
-use crate::error::{Error, Place, excerpt, short};
+use crate::error::{Error, NameKind, Place, excerpt, short};
+use crate::geometry::Azimuths;
 use crate::model::{Expression, STRENGTH, Sharing};
-use crate::parameters::{ParameterRow, ParameterTable, Selector, Setting, Settings, channel_suffix};
+use crate::parameters::{
+    ParameterRow, ParameterTable, Selector, Setting, Settings, Status, applies, channel_suffix,
+};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -16,8 +20,113 @@ pub struct Recorded {
     pub expression: Expression,
     /// Its parameters, at the values in the report.
     pub table: ParameterTable,
-    /// The path of the measurement that it was fitted to, as given then.
-    pub data_path: String,
+    /// The report itself.
+    pub report: Report,
+    /// Which parameters have a value of their own per channel, or one for all, unlike their default.
+    sharing: Settings,
+}
+
+/// What is kept of a row of the parameter table.
+struct Kept {
+    bounds: bool,
+    value: bool,
+}
+
+impl Recorded {
+    /// The same model with other values and bounds of some parameters.
+    ///
+    /// # Errors
+    /// Those of [`ParameterTable::new`], such as [`Error::Invalid`] for a value outside its bounds.
+    pub fn with(self, settings: &Settings) -> Result<Self, Error> {
+        let own = self.constraints(|index| {
+            let named = |wanted: fn(&Setting) -> bool| -> Result<bool, Error> {
+                for (selector, _) in settings.iter().filter(|(_, setting)| wanted(setting)) {
+                    if self.table.rows_named(selector)?.iter().any(|(row, _)| *row == index) {
+                        return Ok(true);
+                    }
+                }
+                Ok(false)
+            };
+            let bounded = named(|setting| matches!(setting, Setting::Bounds(..)))?;
+            let set = named(|setting| matches!(setting, Setting::Set(_)))?;
+            Ok(Kept { bounds: !bounded, value: !set })
+        })?;
+        let all = [own, settings.clone()].concat();
+        let table = ParameterTable::new(&self.expression, self.table.channels(), Azimuths::Several, &all)?;
+        Ok(Self { table, ..self })
+    }
+
+    /// The constraints that give the model these values for a measurement with these channels.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a channel that the report does not have.
+    pub fn settings(&self, channels: &[String]) -> Result<Settings, Error> {
+        let known = self.table.channels();
+        if let Some(other) = channels.iter().find(|channel| !known.contains(channel)) {
+            return Err(Error::unknown("the channels of the measurement", NameKind::Channel, known, other));
+        }
+        let plain = ParameterTable::new(&self.expression, known, Azimuths::Several, &self.sharing)?;
+        self.constraints(|index| {
+            let row = self.table.rows().get(index);
+            let own = row.and_then(|row| self.table.channel_name(row));
+            let here = own.is_none_or(|own| channels.iter().any(|channel| channel == own));
+            let default = plain.rows().get(index).map(|row| row.bounds);
+            Ok(Kept { bounds: here && row.map(|row| row.bounds) != default, value: here })
+        })
+    }
+
+    /// The constraints that give the model what is kept of its bounds and values, by row.
+    fn constraints(&self, kept: impl Fn(usize) -> Result<Kept, Error>) -> Result<Settings, Error> {
+        let mut settings = self.sharing.clone();
+        for (index, row) in self.table.rows().iter().enumerate() {
+            let selector = Selector::parse(&self.table.name(index))?;
+            let Kept { bounds, value } = kept(index)?;
+            if bounds {
+                settings.push((selector.clone(), Setting::Bounds(row.bounds.0, row.bounds.1)));
+            }
+            if value {
+                settings.push((selector, Setting::Set(row.value)));
+            }
+        }
+        Ok(settings)
+    }
+
+    /// Starts for a fit of `expression` under `settings`: the fitted values of all parameters that both have and that the fit
+    /// moves, unless `settings` say something about their values. A value beyond the bounds of the fit starts at the bound.
+    ///
+    /// # Errors
+    /// Those of [`ParameterTable::new`].
+    pub fn starts(&self, expression: &Expression, settings: &Settings) -> Result<Settings, Error> {
+        let mut channels = self.table.channels().to_vec();
+        for name in settings.iter().filter_map(|(selector, _)| selector.channel_if_any()) {
+            if !channels.contains(&name) {
+                channels.push(name);
+            }
+        }
+        // Constraints on parameters that the fit does not have are its own to refuse.
+        let own: Settings = settings.iter().filter(|setting| applies(expression, setting)).cloned().collect();
+        let target = ParameterTable::new(expression, &channels, Azimuths::Several, &own)?;
+        let is_absent = |lobe: &str| {
+            let mut parameters = self.report.parameters.iter();
+            parameters.any(|p| p.lobe == lobe && p.status == ParameterStatus::Absent)
+        };
+        let mut starts = Settings::new();
+        for (index, row) in self.table.rows().iter().enumerate() {
+            // The parameters of an absent lobe mean nothing, and what was fixed was not found by a fit.
+            if row.status != Status::Free || is_absent(self.table.lobe_name(row)) {
+                continue;
+            }
+            let selector = Selector::parse(&self.table.name(index))?;
+            let Ok(rows) = target.rows_named(&selector) else { continue };
+            let moved = |row: &ParameterRow| row.status == Status::Free && !row.given;
+            if let Some((low, high)) = rows.first().map(|(_, row)| row.bounds)
+                && rows.iter().all(|(_, row)| moved(row))
+            {
+                starts.push((selector, Setting::Init(row.value.clamp(low, high))));
+            }
+        }
+        Ok(starts)
+    }
 }
 
 /// The field that says which form a file has.
@@ -85,7 +194,7 @@ fn parse<'a, T: Deserialize<'a>>(bytes: &'a [u8], path: &Path, expected: &str) -
 fn recorded(report: Report, path: &Path) -> Result<Recorded, Error> {
     let wrong = |expected: String, found: String| Error::malformed(path, Place::File, expected, found);
     let in_file = |error: Error| wrong("a model with its parameters".to_owned(), error.to_string());
-    let channels = report.data.channels;
+    let channels = report.data.channels.clone();
     if channels.is_empty() {
         return Err(wrong("at least one name in data.channels".to_owned(), "none".to_owned()));
     }
@@ -119,8 +228,8 @@ fn recorded(report: Report, path: &Path) -> Result<Recorded, Error> {
         values.push((selector.clone(), Setting::Bounds(low, high)));
         values.push((selector, Setting::Set(p.value)));
     }
-    sharing.extend(values);
-    let table = ParameterTable::new(&expression, &channels, false, &sharing).map_err(in_file)?;
+    let settings = [sharing.clone(), values].concat();
+    let table = ParameterTable::new(&expression, &channels, Azimuths::Several, &settings).map_err(in_file)?;
     // Reports from before lobes of a sum had a strength do not hold it; it was 1.
     let missing = |row: &ParameterRow| !row.given && row.spec.name != STRENGTH;
     if let Some((index, row)) = table.rows().iter().enumerate().find(|(_, row)| missing(row)) {
@@ -133,7 +242,7 @@ fn recorded(report: Report, path: &Path) -> Result<Recorded, Error> {
             format!("none of {}", short(&name)),
         ));
     }
-    Ok(Recorded { expression, table, data_path: report.data.path })
+    Ok(Recorded { expression, table, report, sharing })
 }
 
 #[cfg(test)]

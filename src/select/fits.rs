@@ -73,7 +73,8 @@ impl<'a> Fits<'a> {
         for FitTo { data, filters, metric } in &self.searched {
             let options = Options { filters: filters.clone(), metric: *metric, ..options.clone() };
             match fit(data, &candidate.expression, &options, &quiet) {
-                Ok(fitted) => found.push((fitted.table, fitted.unusable.is_none())),
+                // The image shows every channel, dead or not.
+                Ok(fitted) => found.push((fitted.table.rejoined(), fitted.unusable.is_none())),
                 Err(error) => failure = Some(error),
             }
         }

@@ -19,7 +19,7 @@ mod text;
 pub use fits::DRAWN;
 pub use importance::COVERED_SHARE;
 pub use seen::SeenMap;
-pub use text::table;
+pub use text::{name, table};
 
 use crate::error::{Error, OptionName, Place};
 use crate::fit::Options;
@@ -61,6 +61,9 @@ pub struct Selected {
     pub tolerance: f64,
     /// Index in `tried` of the cheapest that passes; null if none passes.
     pub answer: Option<usize>,
+    /// Index in `tried` of the one whose image is shown: the answer, or if none passes, the nearest to the measurement by the
+    /// 95th percentile of CIEDE2000.
+    pub shown: usize,
     /// Index in `tried` of the most expensive of those that cost less than the answer and fail; null if there is none.
     pub next_cheaper: Option<usize>,
     /// Every model and precision, from the cheapest up.
@@ -129,6 +132,14 @@ pub struct Tried {
     pub usable: bool,
 }
 
+impl Selected {
+    /// The model whose image is shown: the answer, or the nearest if none passes.
+    #[must_use]
+    pub fn shown(&self) -> &Tried {
+        &self.tried[self.shown]
+    }
+}
+
 impl Tried {
     /// The 95th percentile of CIEDE2000 that decides: the one in finer light, which is more accurate, if there is one.
     #[must_use]
@@ -156,7 +167,7 @@ pub struct Outcome {
     pub selected: Selected,
     /// The image that the measurement makes.
     pub measured: Image,
-    /// The image that the answer makes or, without an answer, the model with the smallest difference.
+    /// The image that the model at `selected.shown` makes.
     pub fitted: Image,
     /// Whether each pixel is compared.
     pub compared: Vec<bool>,
@@ -220,8 +231,8 @@ pub fn select(
     // The sort is stable: models of the same cost and precision stay in the order of the ladder.
     shown.sort_by_key(|(tried, _)| (tried.cost, tried.precision != "f32"));
     let answer = shown.iter().position(|(tried, _)| tried.passes);
-    let best = shown.iter().enumerate().min_by(|(_, (a, _)), (_, (b, _))| a.p95().total_cmp(&b.p95()));
-    let Some(displayed) = answer.or(best.map(|(index, _)| index)) else {
+    let nearest = shown.iter().enumerate().min_by(|(_, (a, _)), (_, (b, _))| a.p95().total_cmp(&b.p95()));
+    let Some(displayed) = answer.or(nearest.map(|(index, _)| index)) else {
         return Err(failure.unwrap_or_else(|| Error::invalid("model", "at least one", "none")));
     };
     let next_cheaper = answer.and_then(|answer| {
@@ -254,6 +265,7 @@ pub fn select(
         weights: request.options.filters.weighting.map_or("scene", Weighting::name),
         tolerance,
         answer,
+        shown: displayed,
         next_cheaper,
         tried,
         seen: SeenMap::new(&studio.view, measurement),

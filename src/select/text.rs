@@ -62,22 +62,25 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
         )?;
     }
     let tried = |index: Option<usize>| index.map(|index| &found.tried[index]);
-    match tried(found.answer) {
-        Some(answer) => {
-            writeln!(
-                text,
-                "\nthe scene needs {} in {}: 95 % of the pixels within {:.3} of the measured ones (CIEDE2000; tolerance {})",
-                name(answer),
-                answer.precision,
-                answer.p95(),
-                found.tolerance
-            )?;
-            for p in &answer.parameters {
-                let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
-                writeln!(text, "  {:<28} {}{unit}", p.name, p.value)?;
-            }
-        }
-        None => writeln!(text, "\nno model is within the tolerance of {}", found.tolerance)?,
+    let shown = found.shown();
+    let (model, precision, p95) = (name(shown), shown.precision, shown.p95());
+    match found.answer {
+        Some(_) => writeln!(
+            text,
+            "\nthe scene needs {model} in {precision}: 95 % of the pixels within {p95:.3} of the measured ones (CIEDE2000; \
+             tolerance {})",
+            found.tolerance
+        )?,
+        None => writeln!(
+            text,
+            "\nno model is within the tolerance of {}; the nearest is {model} in {precision}: 95 % of the pixels within \
+             {p95:.3} of the measured ones (CIEDE2000)",
+            found.tolerance
+        )?,
+    }
+    for p in &shown.parameters {
+        let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+        writeln!(text, "  {:<28} {}{unit}", p.name, p.value)?;
     }
     if let Some(cheaper) = tried(found.next_cheaper) {
         let by = cheaper.p95() - found.tolerance;
@@ -99,7 +102,9 @@ fn numbers(tried: &Tried) -> [String; 4] {
     ]
 }
 
-fn name(tried: &Tried) -> String {
+/// A model by name, with what was freed and whether its fit is usable.
+#[must_use]
+pub fn name(tried: &Tried) -> String {
     let free: String = tried.free.iter().map(|name| format!(" --free {name}")).collect();
     let unusable = if tried.usable { "" } else { " (not usable)" };
     format!("{}{free}{unusable}", tried.model)

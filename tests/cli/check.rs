@@ -67,7 +67,7 @@ fn check_reads_reports() {
     folder.brdfit("fit good.csv -m lambert -m phong -o several.json -q").good();
     let run = folder.brdfit("check several.json");
     assert!(run.stderr.starts_with(
-        "warning: several.json: 2 reports; only the first, the best of the ranking, is checked: good.csv, "
+        "warning: several.json: 2 reports; only the first, the best of the ranking, is used: good.csv, "
     ));
     // A model that a report calls fitted, but that breaks physics.
     let mut report = parse(&folder.read("several.json"))["reports"][0].clone();
@@ -86,7 +86,7 @@ fn check_refuses_what_it_cannot_read() {
     let cases = [
         refused("nothing to check", "check", &["--help"]),
         refused("both", "check good.csv -m lambert", &["cannot be used with"]),
-        refused("values without a model", "check good.csv --set kd=1", &["--set", "expected -m"]),
+        refused("values without a model", "check good.csv --set kd=1", &["--set", "-m EXPR"]),
         refused("no such file", "check none.csv", &["none.csv", "cannot read"]),
         refused("no such model", "check -m lambrt", &["lambrt"]),
         refused("no such parameter", "check -m lambert --set ks=1", &["ks"]),

@@ -230,7 +230,7 @@ fn mistyped_commands_are_refused() {
         refused("two inputs", "fit good.csv good.csv -m lambert --fix kd=5", &["0..2"]),
         // evaluate
         refused("evaluate without an input", "evaluate -m lambert --set kd=0.5", &["INPUT"]),
-        refused("evaluate without a model", "evaluate good.csv --set kd=0.5", &["--model"]),
+        refused("evaluate without a model", "evaluate good.csv --set kd=0.5", &["-m EXPR"]),
         evaluate("set without a value", "--set kd", &["--set", "P=V", "'kd'"]),
         evaluate("one of two without a value", "--set kd.r=0.5 kd.g", &["--set", "P=V", "'kd.g'"]),
         evaluate("set nothing", "--set", &["--set"]),
@@ -269,7 +269,7 @@ fn mistyped_commands_are_refused() {
             "--from-heightfield gaussian --set m=0.3",
             &["--from-heightfield", "--model"],
         ),
-        refused("synth of nothing", "synth --directions 3 -o f.csv", &["--model"]),
+        refused("synth of nothing", "synth --directions 3 -o f.csv", &["-m EXPR"]),
         heightfield("unknown surface", "waves --set m=0.3", &["'waves'", "gaussian", "v-groove"]),
         heightfield("height field without m", "gaussian", &["--set", "m=V", "nothing"]),
         heightfield("another parameter", "gaussian --set ks=0.3", &["--set", "m=V", "'ks=0.3'"]),

@@ -1,6 +1,6 @@
 //! `brdfit select`: what a scene needs, and what it leaves behind.
 
-use crate::common::{Folder, shared};
+use crate::common::{Folder, parse, shared};
 use brdfit::geometry::Geometry;
 use brdfit::image::{Image, differences};
 use brdfit::model::{Expression, LobeValues};
@@ -233,4 +233,24 @@ fn mistakes_are_one_line() {
     let done = folder.brdfit(&format!("select matte.csv --scene '{studio}' -m phong --tolerance 0.001"));
     assert_eq!(done.code, Some(1), "{done:?}");
     assert!(done.stdout.contains("no model is within the tolerance"));
+    // The nearest is named with its parameters, and the images are its own.
+    let nearest = folder.brdfit(&format!(
+        "select matte.csv --scene '{studio}' -m phong -m 'retro' --tolerance 0.001 --images images -o select.json"
+    ));
+    let json = parse(&folder.read("select.json"));
+    let tried = json["tried"].as_array().unwrap();
+    let shown = &tried[usize::try_from(json["shown"].as_u64().unwrap()).unwrap()];
+    let p95 = |tried: &Value| {
+        let finer = &tried["finer_light"];
+        let decides = if finer.is_null() { &tried["differences"] } else { finer };
+        decides["delta_e_2000"]["p95"].as_f64().unwrap()
+    };
+    assert!(json["answer"].is_null() && tried.iter().all(|other| p95(shown) <= p95(other)), "{json}");
+    let name = format!("{} in {}", shown["model"].as_str().unwrap(), shown["precision"].as_str().unwrap());
+    assert!(nearest.stdout.contains(&format!("the nearest is {name}")), "{nearest:?}");
+    assert!(nearest.stdout.contains(&format!("the images in images show {name}")), "{nearest:?}");
+    for parameter in shown["parameters"].as_array().unwrap() {
+        let line = format!("{} ", parameter["name"].as_str().unwrap());
+        assert!(nearest.stdout.contains(&line), "{line}: {nearest:?}");
+    }
 }

@@ -9,6 +9,7 @@
 use brdfit::Error;
 use brdfit::drawdown::{self, Drawdown, Record, Surface};
 use brdfit::fit::{Options, evaluate};
+use brdfit::geometry::Azimuths;
 use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::csv::write as write_csv;
 use brdfit::measurement::formats::{BinPosition, File, ReadOptions, directions_of, read_file};
@@ -291,8 +292,9 @@ pub fn settings(bytes: &[u8]) {
     let words: Vec<String> = lines.flat_map(|line| line.splitn(2, ' ')).map(str::to_owned).collect();
     let Some(texts) = setting_texts(&words) else { return };
     assert_eq!(texts.as_given().len(), words.len() / 2);
-    let built =
-        texts.settings().and_then(|settings| ParameterTable::new(&expression, &channels, false, &settings));
+    let built = texts
+        .settings()
+        .and_then(|settings| ParameterTable::new(&expression, &channels, Azimuths::Several, &settings));
     match built {
         Ok(table) => {
             for row in table.rows() {

@@ -1,35 +1,35 @@
-//! `brdfit evaluate`: evaluates a model at given parameters and reports its errors, without a fit.
+//! `brdfit evaluate`: evaluates a model without a fit. It reports the model's errors on a measurement, or writes its values at given
+//! directions.
 
 use crate::cli::messages::{say, show};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
+use crate::cli::options::model::ModelArguments;
+use crate::cli::options::recorded::report;
 use crate::cli::options::report::ReportArguments;
-use crate::cli::options::settings::is_file;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
 use brdfit::Error;
-use brdfit::error::OptionName;
-use brdfit::fit::{Options, evaluate};
-use brdfit::model::Expression;
-use brdfit::parameters::{Setting, ranges, values};
-use brdfit::report::{Circumstances, OptionRecord, Report, Times};
+use brdfit::error::{Place, excerpt};
+use brdfit::fit::evaluate;
+use brdfit::geometry::Directions;
+use brdfit::measurement::Measurement;
+use brdfit::measurement::formats::{ReadOptions, csv, read_directions};
+use brdfit::report::{Circumstances, OptionRecord, Recorded, Report, Times};
+use brdfit::synthetic::{Noise, measurement};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Arguments of `brdfit evaluate`.
 #[derive(Args)]
 pub struct Arguments {
-    #[arg(value_name = "INPUT", help = measurement_help("Measurement to compare with"))]
-    input: Option<PathBuf>,
-    /// Evaluate this model, such as 'lambert + cook-torrance(d=beckmann)'
-    #[arg(short, long = "model", value_name = "EXPR")]
-    model: String,
-    /// Set parameters to values; the others keep their defaults
-    #[arg(long, value_name = "P=V", num_args = 1..)]
-    set: Vec<String>,
-    /// Accept values of a parameter between these two
-    #[arg(long, value_name = "P=LO..HI")]
-    bounds: Vec<String>,
+    #[arg(value_name = "INPUT", num_args = 0..=2, help = inputs_help())]
+    inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    model: ModelArguments,
+    /// Write f at the directions of this CSV file or measurement, instead of a report
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    at: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArguments,
     #[command(flatten)]
@@ -38,20 +38,116 @@ pub struct Arguments {
     read: ReadArguments,
 }
 
+fn inputs_help() -> String {
+    let measurement = measurement_help("Measurement to compare with");
+    format!(
+        "{measurement}; or a JSON report of brdfit, whose model is evaluated [default: the measurement of the report]"
+    )
+}
+
+/// The files of the command line, told apart by their content.
+struct Inputs {
+    /// A report, with its path.
+    recorded: Option<(PathBuf, Recorded)>,
+    measurement: Option<PathBuf>,
+}
+
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let expression = Expression::parse(&arguments.model)?;
-    let (input, set) = input_and_settings(arguments)?;
-    arguments.report.check_inputs(std::slice::from_ref(&input))?;
-    let options = Options::default()
-        .with_metric(arguments.samples.metric())
-        .with_filters(arguments.samples.filters()?)
-        .with_settings([ranges(&arguments.bounds)?, values(OptionName::Set, set, Setting::Set)?].concat())
-        .with_seed(arguments.samples.seed());
+    let inputs = inputs(arguments)?;
+    match &arguments.at {
+        Some(at) => values_at(arguments, inputs, at),
+        None => errors(arguments, inputs),
+    }
+}
+
+/// Sorts the inputs into report and measurement.
+fn inputs(arguments: &Arguments) -> Result<Inputs, Error> {
+    let mut inputs = Inputs { recorded: None, measurement: None };
+    let files: Vec<PathBuf> = arguments.model.files().chain(arguments.inputs.iter().cloned()).collect();
+    for path in &files {
+        let (first, expected) = match report(path)? {
+            Some(recorded) => {
+                let first = inputs.recorded.replace((path.clone(), recorded));
+                (first.map(|(path, _)| path), "one report at most")
+            }
+            None => (inputs.measurement.replace(path.clone()), "one measurement at most, and one report"),
+        };
+        if let Some(first) = first {
+            let found = format!("{} and {}", first.display(), path.display());
+            return Err(Error::invalid("INPUT", expected, found));
+        }
+    }
+    if arguments.model.is_named() && inputs.recorded.is_some() {
+        return Err(Error::invalid("model", "a report or -m EXPR", "both"));
+    }
+    // In `--set kd=0.5 FILE` the parser takes FILE for a value even if it does not exist.
+    if let (None, None, Some(path)) = (&inputs.measurement, &arguments.at, arguments.model.missing_file()) {
+        report(path)?;
+    }
+    Ok(inputs)
+}
+
+/// Writes f at the directions in the file `at`.
+fn values_at(arguments: &Arguments, inputs: Inputs, at: &Path) -> Result<Outcome, Error> {
+    if let Some(path) = inputs.measurement {
+        let expected = "no measurement to compare with, since the directions are those of --at";
+        return Err(Error::invalid("INPUT", expected, path.display().to_string()));
+    }
+    let (path, recorded) = inputs.recorded.unzip();
+    let files: Vec<PathBuf> = path.into_iter().chain([at.to_owned()]).collect();
+    arguments.report.check_inputs(&files)?;
+    let (expression, table) = arguments.model.with_values(recorded, false)?;
     let output = arguments.report.file().map(Output::open).transpose()?;
+    let pairs = read_directions(at, &ReadOptions::new().with_merl_bins(arguments.read.merl_bins()))?;
+    let directions = Directions::Scattered(pairs);
+    let none = Noise { relative: 0.0, absolute: 0.0 };
+    let comments = [
+        format!("brdfit evaluate {}", expression.canonical()),
+        "angles in degrees, values in 1/sr".to_owned(),
+    ];
+    let text = csv::write(&measurement(&expression, &table, directions, none, 0), &comments)?;
+    match output {
+        None => say(&text)?,
+        Some(output) => output.commit(text.as_bytes())?,
+    }
+    Ok(Outcome::Good)
+}
+
+/// Reports the errors of the model on a measurement.
+fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
+    let Inputs { recorded, measurement } = inputs;
+    // A report without a measurement is evaluated on its own, whose file must not have changed.
+    let is_own = measurement.is_none();
+    let expression = arguments.model.expression()?;
+    let input = match (measurement, &recorded) {
+        (Some(input), _) => input,
+        (None, Some((_, recorded))) => PathBuf::from(&recorded.report.data.path),
+        (None, None) => return Err(Error::invalid("INPUT", "a measurement to evaluate", "none")),
+    };
+    let files: Vec<PathBuf> = recorded.iter().map(|(path, _)| path.clone()).chain([input.clone()]).collect();
+    arguments.report.check_inputs(&files)?;
+    let recorded = recorded.map(|(path, recorded)| Ok((path, recorded.with(&arguments.model.settings()?)?)));
+    let recorded: Option<(PathBuf, Recorded)> = recorded.transpose()?;
+    let reported = recorded.as_ref().map(|(_, recorded)| &recorded.report);
+    let read = arguments.read.or_as_in(reported);
+    let options = arguments.samples.options_or_as_in(reported)?;
+    let output = arguments.report.file().map(Output::open).transpose()?;
+
     let started = Instant::now();
-    let measurement = arguments.read.read(&input)?;
-    let read = started.elapsed().as_secs_f64();
+    let measurement = match &recorded {
+        Some((path, recorded)) if is_own => own_measurement(&read, path, &input, &recorded.report)?,
+        _ => read.read(&input)?,
+    };
+    let reading = started.elapsed().as_secs_f64();
+    let (expression, options) = match (&recorded, expression) {
+        (Some((_, recorded)), _) => {
+            let channels: Vec<String> = measurement.channels.iter().map(|c| c.name.clone()).collect();
+            (recorded.expression.clone(), options.with_settings(recorded.settings(&channels)?))
+        }
+        (None, Some(expression)) => (expression, options.with_settings(arguments.model.settings()?)),
+        (None, None) => return Err(Error::invalid("model", "a report, or -m EXPR", "neither")),
+    };
     let result = evaluate(&measurement, &expression, &options)?;
     let total = started.elapsed().as_secs_f64();
     let circumstances = Circumstances {
@@ -60,11 +156,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         options: OptionRecord {
             solver: None,
             uncertainty: None,
-            merl_bins: arguments.read.merl_bins().into(),
-            parameters: options_as_given(&arguments.bounds, set),
+            merl_bins: read.merl_bins().into(),
+            parameters: arguments.model.as_given(),
             ..OptionRecord::new(&options, &result)
         },
-        times: Times { read, fit: total - read, total, threads: rayon::current_num_threads() },
+        times: Times { read: reading, fit: total - reading, total, threads: rayon::current_num_threads() },
         fitted: false,
     };
     let report = Report::new(&measurement, &result, &circumstances);
@@ -79,17 +175,31 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(if report.termination.usable { Outcome::Good } else { Outcome::NotUsable })
 }
 
-/// The options about parameters as the user typed them, for the report.
-fn options_as_given(bounds: &[String], set: &[String]) -> Vec<String> {
-    let bounds = bounds.iter().map(|text| format!("--bounds {text}"));
-    bounds.chain(set.iter().map(|text| format!("--set {text}"))).collect()
-}
-
-/// The input and the settings. In `--set kd=0.5 FILE` the parser takes FILE for a setting; it is the input.
-fn input_and_settings(arguments: &Arguments) -> Result<(PathBuf, &[String]), Error> {
-    match (&arguments.input, arguments.set.split_last()) {
-        (Some(input), _) => Ok((input.clone(), &arguments.set)),
-        (None, Some((last, rest))) if is_file(last) || !last.contains('=') => Ok((PathBuf::from(last), rest)),
-        _ => Err(Error::invalid("INPUT", "a measurement to evaluate", "none")),
+/// The measurement that the report at `path` was made from.
+fn own_measurement(
+    read: &ReadArguments,
+    path: &Path,
+    input: &Path,
+    reported: &Report,
+) -> Result<Measurement, Error> {
+    let expected = || {
+        format!(
+            "its measurement {} (SHA-256 {}); name another to compare with as a second input",
+            input.display(),
+            excerpt(&reported.data.sha256)
+        )
+    };
+    if !input.exists() {
+        return Err(Error::malformed(path, Place::File, expected(), "no such file"));
     }
+    let measurement = read.or_in_format(&reported.data.format).read(input)?;
+    if measurement.source.sha256 != reported.data.sha256 {
+        return Err(Error::malformed(
+            path,
+            Place::File,
+            expected(),
+            format!("a file of SHA-256 {}", measurement.source.sha256),
+        ));
+    }
+    Ok(measurement)
 }

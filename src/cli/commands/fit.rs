@@ -7,7 +7,7 @@ use crate::cli::options::fitting::FittingArguments;
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::loss::LossArguments;
 use crate::cli::options::report::{ReportArguments, SEVERAL_INPUTS};
-use crate::cli::options::settings::SettingArguments;
+use crate::cli::options::settings::{Files, SettingArguments};
 use crate::cli::options::threads::{at_least_one, threads};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
@@ -18,7 +18,7 @@ use brdfit::fit::Options;
 use brdfit::model::Expression;
 use brdfit::parameters::{Settings, applies};
 use brdfit::progress::Progress;
-use brdfit::report::{Circumstances, Failure, OptionRecord, Report, Reports, Times};
+use brdfit::report::{Circumstances, Failure, OptionRecord, Recorded, Report, Reports, Times};
 use brdfit::solver::Termination;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -70,22 +70,25 @@ const SHORT_LADDER: [&str; 4] = [
 
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let named: Vec<&str> = arguments.models.iter().map(String::as_str).collect();
-    let texts: &[&str] = if named.is_empty() { &SHORT_LADDER } else { &named };
-    let expressions: Vec<Expression> =
-        texts.iter().map(|text| Expression::parse(text)).collect::<Result<_, _>>()?;
     let started = Instant::now();
-    let inputs: Vec<PathBuf> = arguments.settings.files().chain(arguments.inputs.iter().cloned()).collect();
+    let Files { start, mut inputs } = arguments.settings.files()?;
+    inputs.extend(arguments.inputs.iter().cloned());
+    let start = start.as_ref().map(|(path, recorded)| (path.as_path(), recorded));
+    let expressions = expressions(arguments, start.map(|(_, recorded)| recorded))?;
     // A file that does not exist is taken for a constraint, whose error names it.
     let options = options(arguments, started)?;
     if inputs.is_empty() {
         return Err(Error::invalid("INPUT", "a measurement to fit", "none"));
     }
-    arguments.report.check_inputs(&inputs)?;
+    let files: Vec<PathBuf> = inputs.iter().cloned().chain(start.map(|(path, _)| path.to_owned())).collect();
+    arguments.report.check_inputs(&files)?;
     arguments.read.check()?;
     let outputs = Outputs::open(arguments.report.file(), &inputs)?;
     listen_for_interrupts(&options.stop.clone().unwrap_or_default());
-    let options = options_of_each(&expressions, &options);
+    let mut options = options_of_each(&expressions, &options);
+    if let Some((path, recorded)) = start {
+        start_from(path, recorded, &expressions, &mut options)?;
+    }
     let pool = threads(arguments.threads.unwrap_or(0))?;
     // One thread reads and one hashes, in addition to those that fit.
     let reading = threads(pool.current_num_threads().min(2))?;
@@ -95,6 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         inputs: &inputs,
         expressions: &expressions,
         options: &options,
+        start: start.map(|(path, _)| path),
         outputs: &outputs,
         bar: Arc::new(Bar::new(fits, arguments.report.quiet())),
     };
@@ -125,6 +129,36 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     outputs.all_done(&text)?;
     Ok(if good { Outcome::Good } else { Outcome::NotUsable })
+}
+
+/// The models to fit: those that `-m` names, or else that of the report that the fit starts from, or else the short ladder.
+fn expressions(arguments: &Arguments, start: Option<&Recorded>) -> Result<Vec<Expression>, Error> {
+    let named: Vec<&str> = arguments.models.iter().map(String::as_str).collect();
+    let texts: &[&str] = match (named.is_empty(), start) {
+        (false, _) => &named,
+        (true, Some(recorded)) => return Ok(vec![recorded.expression.clone()]),
+        (true, None) => &SHORT_LADDER,
+    };
+    texts.iter().map(|text| Expression::parse(text)).collect()
+}
+
+/// Starts the fit of each expression from the values in the report at `path`, where it has them, with a remark about those
+/// for which it has none.
+fn start_from(
+    path: &Path,
+    recorded: &Recorded,
+    expressions: &[Expression],
+    options: &mut [Options],
+) -> Result<(), Error> {
+    for (expression, options) in expressions.iter().zip(options) {
+        let starts = recorded.starts(expression, &options.settings)?;
+        if starts.is_empty() {
+            let (model, path) = (expression.canonical(), path.display());
+            remark(&format!("note: {path} has no value to start '{model}' from"));
+        }
+        options.settings.extend(starts);
+    }
+    Ok(())
 }
 
 fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
@@ -189,6 +223,8 @@ struct Run<'a> {
     expressions: &'a [Expression],
     /// The options of each expression.
     options: &'a [Options],
+    /// The report that the fits start from.
+    start: Option<&'a Path>,
     outputs: &'a Outputs,
     bar: Arc<Bar>,
 }
@@ -280,7 +316,7 @@ impl Run<'_> {
                     target_error: arguments.fitting.target_error(),
                     merl_bins: arguments.read.merl_bins().into(),
                     timeout_s: arguments.timeout,
-                    parameters: arguments.settings.as_given(),
+                    parameters: arguments.settings.as_given(self.start),
                     ..OptionRecord::new(options, &fitted)
                 },
                 times: Times { read: *read, fit, total: read + fit, threads },

@@ -5,7 +5,9 @@ use crate::cli::options::input::{ReadArguments, measurement_help};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
-use brdfit::measurement::{ALBEDO_LIMIT_DEG, Coverage, Measurement, coverage, merl_digests};
+use brdfit::measurement::{
+    ALBEDO_LIMIT_DEG, Coverage, Measurement, coverage, dead_channel_doubts, dead_channels, merl_digests,
+};
 use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -85,6 +87,8 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         negative: coverage.negative.get(index).copied().unwrap_or(0),
         albedo: coverage.albedo.as_ref().and_then(|a| a.get(index).copied()),
     });
+    let names: Vec<String> = measurement.channels.iter().map(|channel| channel.name.clone()).collect();
+    let dead = dead_channel_doubts(&names, &measurement.values, &dead_channels(&measurement.values));
     InfoRecord {
         schema: "brdfit.info/1",
         path: measurement.source.path.display().to_string(),
@@ -105,7 +109,7 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         reciprocity: coverage
             .reciprocity
             .map(|(relative_rms, pairs)| ReciprocityRecord { relative_rms, pairs }),
-        doubts: measurement.doubts.iter().map(ToString::to_string).collect(),
+        doubts: measurement.doubts.iter().chain(&dead).map(ToString::to_string).collect(),
     }
 }
 

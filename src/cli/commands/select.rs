@@ -12,7 +12,7 @@ use brdfit::fit::Options;
 use brdfit::image::{absolute_difference, delta_e_2000, exr, false_colour, png, side_by_side};
 use brdfit::model::Expression;
 use brdfit::scene::Scene;
-use brdfit::select::{self, DRAWN, JUST_NOTICEABLE, Request, Selected, checked_tolerance, table};
+use brdfit::select::{self, DRAWN, JUST_NOTICEABLE, Request, Selected, checked_tolerance, name, table};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -82,8 +82,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     if let Some(output) = report {
         output.commit(text.as_bytes())?;
     }
-    if let Some(images) = images {
+    if let (Some(images), Some(folder)) = (images, &arguments.images) {
         images.write(&found)?;
+        if !arguments.report.json_alone() && !arguments.report.quiet() {
+            let (shown, folder) = (found.selected.shown(), folder.display());
+            say(&format!("the images in {folder} show {} in {}\n", name(shown), shown.precision))?;
+        }
     }
     Ok(if found.selected.answer.is_some() { Outcome::Good } else { Outcome::NotUsable })
 }
@@ -112,11 +116,7 @@ impl Images {
 
     fn write(self, found: &select::Outcome) -> Result<(), Error> {
         let select::Outcome { selected, measured, fitted, compared } = found;
-        let exposure = selected
-            .answer
-            .and_then(|answer| selected.tried.get(answer))
-            .or_else(|| selected.tried.first())
-            .map_or(1.0, |tried| tried.differences.exposure);
+        let exposure = selected.shown().differences.exposure;
         let note = |what: &str| -> Result<String, Error> { json(&about(what, selected)) };
         let apart = absolute_difference(measured, fitted)?;
         let panels = [measured, fitted, &apart];
@@ -135,11 +135,12 @@ impl Images {
 
 /// The description that is stored in an EXR image.
 fn about(what: &str, selected: &Selected) -> serde_json::Value {
-    let shown = selected.answer.and_then(|answer| selected.tried.get(answer));
+    let shown = selected.shown();
     serde_json::json!({
         "image": what,
         "data": selected.data.path,
         "scene": selected.scene.path,
-        "model": shown.map(|tried| tried.model.as_str()),
+        "model": shown.model,
+        "precision": shown.precision,
     })
 }

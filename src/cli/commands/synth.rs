@@ -1,17 +1,17 @@
 //! `brdfit synth`: makes a synthetic measurement.
 
 use crate::cli::messages::say;
-use crate::cli::options::channels::channels;
 use crate::cli::options::heightfield::{HeightfieldArguments, Surface, traced_table};
+use crate::cli::options::model::ModelArguments;
+use crate::cli::options::recorded::the_report;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, spares};
 use brdfit::Error;
-use brdfit::error::OptionName;
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::measurement::checked_max_theta;
 use brdfit::measurement::formats::{ReadOptions, csv, merl, read_directions};
 use brdfit::model::Expression;
-use brdfit::parameters::{ParameterTable, Setting, values};
+use brdfit::parameters::ParameterTable;
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -20,18 +20,11 @@ use std::sync::Arc;
 /// Arguments of `brdfit synth`.
 #[derive(Args)]
 pub struct Arguments {
-    /// Evaluate this model, such as 'lambert + cook-torrance(d=beckmann)'
-    #[arg(
-        short,
-        long = "model",
-        value_name = "EXPR",
-        required_unless_present = "from_heightfield",
-        conflicts_with = "from_heightfield"
-    )]
-    model: Option<String>,
-    /// Set parameters to values; P.r=V and P.g=V make channels r and g; a height field takes m=V only
-    #[arg(long, value_name = "P=V", num_args = 1..)]
-    set: Vec<String>,
+    /// Evaluate the model in this JSON report of brdfit, at its values
+    #[arg(value_name = "REPORT", conflicts_with_all = ["model", "from_heightfield"])]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    model: ModelArguments,
     #[command(flatten)]
     place: Place,
     #[command(flatten)]
@@ -67,7 +60,7 @@ struct Place {
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
     /// Trace rays over a rough surface of perfect mirrors instead of evaluating a model
-    #[arg(long, value_enum, value_name = "SURFACE")]
+    #[arg(long, value_enum, value_name = "SURFACE", conflicts_with = "model")]
     from_heightfield: Option<Surface>,
 }
 
@@ -88,12 +81,11 @@ enum Grid {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     if let Some(surface) = arguments.place.from_heightfield {
         let max_theta = checked_max_theta(arguments.max_theta)?;
-        let traced = arguments.heightfield.simulation(surface, &arguments.set, max_theta, arguments.seed)?;
+        let traced =
+            arguments.heightfield.simulation(surface, &arguments.model.texts(), max_theta, arguments.seed)?;
         return write(&arguments.output, || traced_table(&traced, &arguments.output));
     }
     arguments.heightfield.check_absent()?;
-    let expression = Expression::parse(arguments.model.as_deref().unwrap_or_default())?;
-    let settings = values(OptionName::Set, &arguments.set, Setting::Set)?;
     for (option, value) in [("--noise", arguments.noise), ("--noise-abs", arguments.noise_abs)] {
         if !(value >= 0.0 && value.is_finite()) {
             return Err(Error::invalid(option, "0 or more", value.to_string()));
@@ -102,13 +94,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let max_theta = checked_max_theta(arguments.max_theta)?;
     let noise = Noise { relative: arguments.noise, absolute: arguments.noise_abs };
     let on_grid = arguments.place.grid == Some(Grid::Merl);
-    let channels = channels(&[expression.settings()?, settings.clone()].concat(), on_grid)?;
-    let table = ParameterTable::new(&expression, &channels, on_grid, &settings)?;
+    let file = arguments.report.clone().or_else(|| arguments.model.files().next());
+    let recorded = file.as_deref().map(the_report).transpose()?;
+    let (expression, table) = arguments.model.with_values(recorded, on_grid)?;
 
     if on_grid && to_stdout(&arguments.output) {
         return Err(Error::invalid("--grid merl", "-o FILE, since a MERL table is binary", "'-'"));
     }
-    spares(arguments.place.at.as_slice(), "-o", Some(&arguments.output))?;
+    let inputs: Vec<PathBuf> = file.iter().chain(&arguments.place.at).cloned().collect();
+    spares(&inputs, "-o", Some(&arguments.output))?;
     write(&arguments.output, || {
         if on_grid {
             return merl_table(arguments, &expression, &table, noise);
@@ -170,8 +164,9 @@ fn scattered_table(
 ) -> Result<String, Error> {
     let synthetic = measurement(expression, table, Directions::Scattered(pairs), noise, arguments.seed);
     let mut comments = vec![format!("brdfit synth {}", expression.canonical())];
-    if !arguments.set.is_empty() {
-        comments.push(format!("set {}", arguments.set.join(" ")));
+    let set = if arguments.model.is_named() { arguments.model.texts() } else { assignments(table) };
+    if !set.is_empty() {
+        comments.push(format!("set {}", set.join(" ")));
     }
     if noise.any() {
         let (relative, absolute) = (noise.relative, noise.absolute);
@@ -180,4 +175,9 @@ fn scattered_table(
     }
     comments.push("angles in degrees, values in 1/sr".to_owned());
     csv::write(&synthetic, &comments)
+}
+
+/// Every parameter with its value, as `--set` takes them.
+fn assignments(table: &ParameterTable) -> Vec<String> {
+    table.parameter_values().iter().map(|p| format!("{}={}", p.name, p.value)).collect()
 }

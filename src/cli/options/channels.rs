@@ -4,6 +4,9 @@ use brdfit::Error;
 use brdfit::error::excerpt;
 use brdfit::parameters::Settings;
 
+/// The channels of a MERL table.
+pub const RGB: [&str; 3] = ["r", "g", "b"];
+
 /// The channels that the settings name; if they name none, r, g and b on a MERL grid and a single channel f elsewhere.
 pub fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error> {
     let mut named: Vec<String> = Vec::new();
@@ -15,11 +18,10 @@ pub fn channels(settings: &Settings, on_grid: bool) -> Result<Vec<String>, Error
         }
     }
     if on_grid {
-        let rgb = ["r", "g", "b"].map(str::to_owned);
-        if let Some(other) = named.iter().find(|name| !rgb.contains(name)) {
+        if let Some(other) = named.iter().find(|name| !RGB.contains(&name.as_str())) {
             return Err(Error::invalid("--grid merl", "channels r, g and b", excerpt(other)));
         }
-        return Ok(rgb.to_vec());
+        return Ok(RGB.map(str::to_owned).to_vec());
     }
     Ok(if named.is_empty() { vec!["f".to_owned()] } else { named })
 }

@@ -2,21 +2,22 @@
 
 use brdfit::Error;
 use brdfit::error::OptionName;
-use brdfit::fit::Metric;
+use brdfit::fit::{Metric, Options};
 use brdfit::measurement::formats::{BinPosition, REGISTRY, ReadOptions, named, read};
 use brdfit::measurement::{Filters, Measurement, Weighting, checked_max_theta};
+use brdfit::report::Report;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::path::Path;
 
 /// Options for reading a file.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct ReadArguments {
     #[arg(long, value_name = "NAME", help = format_help())]
     format: Option<String>,
-    /// Choose where in its bin each value of a MERL table lies
-    #[arg(long, value_enum, default_value_t = Bins::Center, value_name = "WHERE")]
-    merl_bins: Bins,
+    /// Choose where in its bin each value of a MERL table lies [default: center]
+    #[arg(long, value_enum, value_name = "WHERE")]
+    merl_bins: Option<Bins>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -52,9 +53,22 @@ impl ReadArguments {
     /// Which directions the cells of a MERL table represent.
     pub fn merl_bins(&self) -> BinPosition {
         match self.merl_bins {
-            Bins::Center => BinPosition::Center,
-            Bins::Edge => BinPosition::Edge,
+            None | Some(Bins::Center) => BinPosition::Center,
+            Some(Bins::Edge) => BinPosition::Edge,
         }
+    }
+
+    /// These options, and for those that the user did not give, what `reported` says.
+    pub fn or_as_in(&self, reported: Option<&Report>) -> Self {
+        let bins = reported.and_then(|report| report.options.merl_bins.known());
+        let bins = bins.map(|bins| if bins == BinPosition::Edge { Bins::Edge } else { Bins::Center });
+        Self { merl_bins: self.merl_bins.or(bins), ..self.clone() }
+    }
+
+    /// These options, with the file read in this format unless the user named one.
+    pub fn or_in_format(&self, name: &str) -> Self {
+        let known = REGISTRY.iter().any(|format| format.name == name);
+        Self { format: self.format.clone().or_else(|| known.then(|| name.to_owned())), ..self.clone() }
     }
 
     /// Checks the format's name before any file is read.
@@ -74,9 +88,9 @@ pub const WITH_SCENE: bool = true;
 /// Options that say which samples are used, how they are weighted, and what is compared.
 #[derive(Args)]
 pub struct SampleArguments<const SCENE: bool = false> {
-    /// Compare x = f cos(theta_i) itself (l2), ln(1 + x) (log) or the cube root of x (cbrt)
-    #[arg(long, value_enum, default_value_t = MetricName::Cbrt)]
-    metric: MetricName,
+    /// Compare x = f cos(theta_i) itself (l2), ln(1 + x) (log) or the cube root of x (cbrt) [default: cbrt]
+    #[arg(long, value_enum)]
+    metric: Option<MetricName>,
     #[arg(long, value_parser = weights(SCENE), help = weights_help(SCENE))]
     weights: Option<Weights>,
     #[arg(long, value_name = "DEG", help = max_theta_help(SCENE))]
@@ -84,9 +98,9 @@ pub struct SampleArguments<const SCENE: bool = false> {
     /// Use only N samples, drawn evenly, or all of them
     #[arg(long, value_parser = sample_count, value_name = "N|all")]
     samples: Option<SampleCount>,
-    /// Set the seed of every random choice
-    #[arg(long, default_value_t = 0, value_name = "N")]
-    seed: u64,
+    /// Set the seed of every random choice [default: 0]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
 }
 
 /// The largest number of samples to use. `None` means all.
@@ -148,15 +162,15 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
     /// The metric.
     pub fn metric(&self) -> Metric {
         match self.metric {
-            MetricName::L2 => Metric::L2,
-            MetricName::Log => Metric::Log,
-            MetricName::Cbrt => Metric::Cbrt,
+            Some(MetricName::L2) => Metric::L2,
+            Some(MetricName::Log) => Metric::Log,
+            None | Some(MetricName::Cbrt) => Metric::Cbrt,
         }
     }
 
     /// The seed.
     pub fn seed(&self) -> u64 {
-        self.seed
+        self.seed.unwrap_or_default()
     }
 
     /// The largest number of samples. `None` if the user set no limit.
@@ -183,7 +197,7 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
     pub fn filters_up_to(&self, max_theta_deg: f64) -> Result<Filters, Error> {
         let mut filters = Filters::default()
             .with_max_theta_deg(checked_max_theta(self.max_theta.unwrap_or(max_theta_deg))?)
-            .with_seed(self.seed);
+            .with_seed(self.seed());
         filters.weighting = self.weights.and_then(|weights| match weights {
             Weights::SolidAngle => Some(Weighting::SolidAngle),
             Weights::Uniform => Some(Weighting::Uniform),
@@ -192,6 +206,25 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
         });
         filters.samples = self.samples();
         Ok(filters)
+    }
+}
+
+impl SampleArguments {
+    /// The options of an evaluation: these, and for those that the user did not give, what `reported` says.
+    pub fn options_or_as_in(&self, reported: Option<&Report>) -> Result<Options, Error> {
+        let mut filters = self.filters()?;
+        let (mut metric, mut seed) = (self.metric(), self.seed());
+        if let Some(report) = reported {
+            metric = report.metric.known().filter(|_| self.metric.is_none()).unwrap_or(metric);
+            seed = self.seed.unwrap_or(report.options.seed);
+            filters.seed = seed;
+            if self.max_theta.is_none() {
+                filters.max_theta_deg = checked_max_theta(report.filters.max_theta_deg)?;
+            }
+            filters.weighting = filters.weighting.or_else(|| report.filters.weights.known());
+            filters.samples = self.samples_or(report.options.samples);
+        }
+        Ok(Options::default().with_metric(metric).with_filters(filters).with_seed(seed))
     }
 }
 

@@ -5,6 +5,8 @@ pub mod fitting;
 pub mod heightfield;
 pub mod input;
 pub mod loss;
+pub mod model;
+pub mod recorded;
 pub mod report;
 pub mod settings;
 pub mod threads;

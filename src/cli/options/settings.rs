@@ -1,7 +1,11 @@
 //! Options about parameters: `P=V`, `P=LO..HI`, `P=Q`, `P`.
 
+use super::recorded::report;
 use crate::cli::messages::typed;
+use brdfit::Error;
+use brdfit::error::OptionName;
 use brdfit::parameters::SettingTexts;
+use brdfit::report::Recorded;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -11,8 +15,8 @@ pub struct SettingArguments {
     /// Fix parameters at values
     #[arg(long, value_name = "P=V", num_args = 1..)]
     fix: Vec<String>,
-    /// Start parameters from values
-    #[arg(long, value_name = "P=V", num_args = 1..)]
+    /// Start parameters from values, or from those in a JSON report of brdfit, whose model is fitted unless -m names one
+    #[arg(long, value_name = "P=V|REPORT", num_args = 1..)]
     init: Vec<String>,
     /// Bound parameters by two values each
     #[arg(long, value_name = "P=LO..HI", num_args = 1..)]
@@ -32,19 +36,28 @@ pub struct SettingArguments {
 }
 
 impl SettingArguments {
-    /// The options as the user typed them, for the report.
-    pub fn as_given(&self) -> Vec<String> {
-        self.texts()
-            .as_given()
-            .into_iter()
-            .map(|(option, text)| format!("{} {text}", typed(option)))
-            .collect()
+    /// The options as the user typed them, for the report. `start` is the report that the fit starts from.
+    pub fn as_given(&self, start: Option<&Path>) -> Vec<String> {
+        let texts = self.texts();
+        let texts = texts.as_given().into_iter().map(|(option, text)| format!("{} {text}", typed(option)));
+        let start = start.map(|path| format!("{} {}", typed(OptionName::Init), path.display()));
+        texts.chain(start).collect()
     }
 
-    /// Files that stand behind these options: in `--fix m=0.2 FILE` the parser takes FILE for another value.
-    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
-        let texts = [&self.fix, &self.init, &self.bounds, &self.tie].into_iter().flatten();
-        texts.filter(|text| is_file(text)).map(PathBuf::from)
+    /// Files that stand behind these options: in `--fix m=0.2 FILE` the parser takes FILE for another value. A report behind
+    /// `--init` is a start.
+    pub fn files(&self) -> Result<Files, Error> {
+        let mut files = Files { start: None, inputs: Vec::new() };
+        for path in self.init.iter().filter(|text| is_file(text)).map(PathBuf::from) {
+            match report(&path)? {
+                None => files.inputs.push(path),
+                Some(recorded) if files.start.is_none() => files.start = Some((path, recorded)),
+                Some(_) => return Err(Error::invalid(OptionName::Init, "one report at most", "two")),
+            }
+        }
+        let others = [&self.fix, &self.bounds, &self.tie].into_iter().flatten();
+        files.inputs.extend(others.filter(|text| is_file(text)).map(PathBuf::from));
+        Ok(files)
     }
 
     /// The options as given.
@@ -60,6 +73,14 @@ impl SettingArguments {
             shared: self.shared.clone(),
         }
     }
+}
+
+/// The files among the values of options about parameters.
+pub struct Files {
+    /// A report whose values the fit starts from, with its path.
+    pub start: Option<(PathBuf, Recorded)>,
+    /// Measurements to fit.
+    pub inputs: Vec<PathBuf>,
 }
 
 /// Whether a value of an option about parameters is a file: it names a folder before any `=`, as in `./a=b.csv`, or it has

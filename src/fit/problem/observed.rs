@@ -38,19 +38,25 @@ struct Target {
 const KEPT_SAMPLES: usize = 20_000;
 
 impl<'a> Observed<'a> {
-    /// Prepares the samples in all channels.
+    /// Prepares the samples in all channels that are not dead.
     pub(in crate::fit) fn new(samples: &'a Samples, metric: Metric) -> Self {
-        Self::with_channels(samples, metric, |_| true)
+        Self::with_channels(samples, metric, |channel| !samples.dead[channel])
     }
 
-    /// Prepares the samples in at most `most` channels, spread evenly over all channels.
+    /// Prepares the samples in the channels that are dead.
+    pub(in crate::fit) fn of_dead_channels(samples: &'a Samples, metric: Metric) -> Self {
+        Self::with_channels(samples, metric, |channel| samples.dead[channel])
+    }
+
+    /// Prepares the samples in at most `most` channels, spread evenly over those that are not dead.
     pub(in crate::fit) fn with_some_channels(samples: &'a Samples, metric: Metric, most: usize) -> Self {
-        let all = samples.values.len();
+        let live: Vec<usize> = (0..samples.values.len()).filter(|channel| !samples.dead[*channel]).collect();
+        let all = live.len();
         // The first and the last channel, and evenly spaced ones between them.
         let chosen: Vec<usize> = if all <= most {
-            (0..all).collect()
+            live
         } else {
-            (0..most).map(|index| index * (all - 1) / (most - 1).max(1)).collect()
+            (0..most).map(|index| live[index * (all - 1) / (most - 1).max(1)]).collect()
         };
         Self::with_channels(samples, metric, |channel| chosen.contains(&channel))
     }

@@ -253,6 +253,7 @@ impl<T: Target> LeastSquares for PixelProblem<'_, T> {
 #[cfg(test)]
 pub(in crate::fit) mod tests {
     use super::*;
+    use crate::geometry::Azimuths;
     use crate::math::count;
     use approx::assert_relative_eq;
     use glam::DVec3;
@@ -291,7 +292,7 @@ pub(in crate::fit) mod tests {
 
     pub(in crate::fit) fn table(expression: &Expression, channels: &[&str]) -> ParameterTable {
         let channels: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();
-        ParameterTable::new(expression, &channels, false, &Vec::new()).unwrap()
+        ParameterTable::new(expression, &channels, Azimuths::Several, &Vec::new()).unwrap()
     }
 
     /// The red, green and blue that the model gives each pixel at the values in `table`.

@@ -43,7 +43,7 @@ impl Errors {
 /// The errors of all channels together and of each channel.
 #[derive(Clone, Debug)]
 pub struct ErrorTable {
-    /// The errors of all channels together.
+    /// The errors of all channels together, apart from dead ones.
     pub all: Errors,
     /// The errors of each channel.
     pub by_channel: Vec<Errors>,
@@ -137,9 +137,11 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
     }
     let weight: f64 = samples.weights.iter().sum();
     let mut all = Sums::default();
-    sums.iter().for_each(|sum| all.add(sum));
+    let live: Vec<&Sums> =
+        sums.iter().zip(&samples.dead).filter(|(_, dead)| !**dead).map(|(sum, _)| sum).collect();
+    live.iter().for_each(|sum| all.add(sum));
     ErrorTable {
-        all: all.errors(weight * count(channels)),
+        all: all.errors(weight * count(live.len())),
         by_channel: sums.iter().map(|sum| sum.errors(weight)).collect(),
     }
 }

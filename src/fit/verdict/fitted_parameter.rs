@@ -68,6 +68,8 @@ pub enum NoStandardError {
     Absent,
     /// It is at a bound.
     AtBound,
+    /// It belongs to a dead channel.
+    DeadChannel,
     /// The data do not determine it.
     Undetermined,
     /// It depends on a parameter that is at a bound.
@@ -87,6 +89,7 @@ impl fmt::Display for NoStandardError {
             Self::Tied => "tied to another parameter",
             Self::Absent => "its lobe is absent",
             Self::AtBound => "at a bound",
+            Self::DeadChannel => "of a dead channel",
             Self::Undetermined => "not determined by the data",
             Self::DependsOnBound => "depends on a parameter at a bound",
             Self::Discarded => "the loss discards the samples that it depends on",
@@ -161,9 +164,9 @@ impl Fit {
                 Status::Fixed => ParameterState::Fixed,
                 Status::Tied(other) => ParameterState::Tied { to: self.table.name(other) },
                 Status::Absent => ParameterState::Absent,
-                Status::Free if row.at_lower() => ParameterState::AtLower,
-                Status::Free if row.at_upper() => ParameterState::AtUpper,
-                Status::Free => ParameterState::Free,
+                Status::Free | Status::Apart if row.at_lower() => ParameterState::AtLower,
+                Status::Free | Status::Apart if row.at_upper() => ParameterState::AtUpper,
+                Status::Free | Status::Apart => ParameterState::Free,
             },
         }
     }
@@ -193,6 +196,7 @@ impl Fit {
             Status::Fixed => return NoStandardError::Fixed,
             Status::Tied(_) => return NoStandardError::Tied,
             Status::Absent => return NoStandardError::Absent,
+            Status::Apart => return NoStandardError::DeadChannel,
             Status::Free => {}
         }
         let Some(covariance) = &self.covariance else { return NoStandardError::NoMinimum };

@@ -161,16 +161,13 @@ impl Task<'_> {
             warnings.push(Warning::NotUsable(*reason));
         }
         warnings.extend(warnings::saturated(fit.table.channels(), self.samples));
-        if self.samples.directions.is_grid() {
-            let tied = fit.table.rows().iter().enumerate();
-            let tied = tied
-                .filter(|(_, row)| row.spec.isotropic_as.is_some() && matches!(row.status, Status::Tied(_)));
-            for (index, row) in tied {
-                warnings.push(Warning::Isotropic {
-                    parameter: fit.table.name(index),
-                    other: row.spec.isotropic_as.unwrap_or_default(),
-                });
-            }
+        for (index, row) in fit.table.rows().iter().enumerate().filter(|(_, row)| row.held) {
+            // What is fixed by default is worth a word only if the user wanted to fit it.
+            let Some(isotropy) = row.spec.isotropy.filter(|_| row.overruled || !row.spec.fixed) else {
+                continue;
+            };
+            let (parameter, azimuths) = (fit.table.name(index), fit.table.azimuths());
+            warnings.push(Warning::Isotropic { parameter, isotropy, azimuths });
         }
         warnings
     }
@@ -181,7 +178,8 @@ impl Task<'_> {
         for (index, row) in table.rows().iter().enumerate() {
             // The strength of a body is part of its albedo.
             let of_body = !table.has_width(row.lobe) && table.scales(row.lobe).contains(&index);
-            let by_default = row.spec.fixed && row.status == Status::Fixed && !row.given && !of_body;
+            let by_default =
+                row.spec.fixed && row.status == Status::Fixed && !row.given && !row.held && !of_body;
             let same = |other: &&ParameterRow| (other.lobe, other.parameter) == (row.lobe, row.parameter);
             if by_default && !doubted.iter().any(same) {
                 doubted.push(row);

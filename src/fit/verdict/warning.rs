@@ -2,7 +2,9 @@
 
 use crate::error::OptionName;
 use crate::fit::problem::metric::Metric;
+use crate::geometry::Azimuths;
 use crate::measurement::Doubt;
+use crate::model::Isotropy;
 use std::fmt;
 
 /// Something that the user should know before relying on the result. Its text says what to do next.
@@ -11,8 +13,8 @@ use std::fmt;
 pub enum Warning {
     /// The result must not be used.
     NotUsable(Unusable),
-    /// The reader doubts that the file means what it says.
-    Reader(Doubt),
+    /// The file may not mean what it says.
+    Data(Doubt),
     /// A parameter is at a bound, where it has no standard error.
     AtBound {
         /// The parameter's full name, without a channel.
@@ -127,12 +129,14 @@ pub enum Warning {
         /// By what fraction the second's cost is higher.
         excess: f64,
     },
-    /// A parameter that was tied to another because the data cannot tell the two apart.
+    /// A parameter that is held where its model is isotropic, because the data cannot tell.
     Isotropic {
         /// Its full name.
         parameter: String,
-        /// The other's name, without its lobe.
-        other: &'static str,
+        /// Where it is held.
+        isotropy: Isotropy,
+        /// What the data tell about the azimuth of the half vector.
+        azimuths: Azimuths,
     },
     /// A parameter, fixed by default, that fits the data better at another value.
     WorthFreeing {
@@ -256,7 +260,8 @@ impl Warning {
     pub fn kind(&self) -> WarningKind {
         match self {
             Self::NotUsable(_) => WarningKind::NotUsable,
-            Self::Reader(Doubt::SuspiciousAngles { .. }) => WarningKind::SuspiciousAngles,
+            Self::Data(Doubt::SuspiciousAngles { .. }) => WarningKind::SuspiciousAngles,
+            Self::Data(Doubt::DeadChannel { .. }) => WarningKind::DeadChannel,
             Self::AtBound { .. } | Self::RestsOnBound { .. } => WarningKind::AtBound,
             Self::LobeAbsent { .. } => WarningKind::LobeAbsent,
             Self::StrengthAboveOne { .. } => WarningKind::StrengthAboveOne,
@@ -296,7 +301,7 @@ impl Warning {
             | Self::LossDiscards { parameters }
             | Self::DefaultUsed { parameters } => parameters.first().map(String::as_str),
             Self::NotUsable(_)
-            | Self::Reader(_)
+            | Self::Data(_)
             | Self::Saturated { .. }
             | Self::GainsEnergy { .. }
             | Self::NotResampled
@@ -325,7 +330,11 @@ impl Warning {
                 suggestion(OptionName::LossScale, String::new()),
             ],
             Self::TiedStarts { .. } => vec![of(OptionName::Init, "=V")],
-            Self::WorthFreeing { .. } => vec![of(OptionName::Free, "")],
+            Self::WorthFreeing { .. }
+            | Self::Isotropic { azimuths: Azimuths::OnePlane | Azimuths::Several, .. } => {
+                vec![of(OptionName::Free, "")]
+            }
+            Self::Isotropic { azimuths: Azimuths::Lost, .. } => Vec::new(),
             Self::DefaultUsed { .. } => vec![of(OptionName::Set, "=V")],
             Self::RestsOnBound { .. } | Self::NotUsable(Unusable::TooFewValues { .. }) => {
                 vec![suggestion(OptionName::Fix, "P=V".to_owned())]
@@ -337,9 +346,8 @@ impl Warning {
             Self::AtBound { .. }
             | Self::GainsEnergy { .. }
             | Self::NotUsable(_)
-            | Self::Reader(_)
+            | Self::Data(_)
             | Self::Saturated { .. }
-            | Self::Isotropic { .. }
             | Self::NotResampled
             | Self::TargetMissed { .. } => Vec::new(),
         }
@@ -350,7 +358,7 @@ impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotUsable(reason) => reason.fmt(f),
-            Self::Reader(doubt) => doubt.fmt(f),
+            Self::Data(doubt) => doubt.fmt(f),
             Self::AtBound { side, bound, channels, meaning, .. } => {
                 let side = if *side == Side::Upper { "upper" } else { "lower" };
                 write!(f, "at its {side} bound {bound}{}: {meaning}", for_channels(channels))
@@ -442,11 +450,22 @@ impl fmt::Display for Warning {
                  between the two; compare them on other data, or choose one by its initial value",
                 100.0 * excess
             ),
-            Self::Isotropic { other, .. } => write!(
-                f,
-                "tied to {other}: a half/difference grid does not hold the half vector's azimuth; measure with several \
-                 phi_i to tell them apart"
-            ),
+            Self::Isotropic { isotropy, azimuths, .. } => {
+                match isotropy {
+                    Isotropy::As(other) => write!(f, "tied to {other}: ")?,
+                    Isotropy::At(value) => write!(f, "held at {value}: ")?,
+                }
+                f.write_str(match azimuths {
+                    Azimuths::Lost => {
+                        "a half/difference grid does not contain the half vector's azimuth; measure with several phi_i to \
+                         see whether the material is anisotropic"
+                    }
+                    Azimuths::OnePlane | Azimuths::Several => {
+                        "light or viewing from a single azimuth hardly shows whether the material is anisotropic; measure \
+                         with several phi_i, or fit it nevertheless"
+                    }
+                })
+            }
             Self::WorthFreeing { value, gain, .. } => {
                 write!(
                     f,
@@ -538,6 +557,7 @@ fn this_and(parameters: &[String]) -> String {
 pub enum WarningKind {
     AtBound,
     Correlated,
+    DeadChannel,
     DefaultUsed,
     FlatProfile,
     GainsEnergy,
@@ -563,6 +583,7 @@ impl WarningKind {
         match self {
             Self::AtBound => "at-bound",
             Self::Correlated => "correlated",
+            Self::DeadChannel => "dead-channel",
             Self::DefaultUsed => "default-used",
             Self::FlatProfile => "flat-profile",
             Self::GainsEnergy => "gains-energy",

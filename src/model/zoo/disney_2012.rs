@@ -182,7 +182,7 @@ impl Model for Disney2012 {
         };
         vec![
             shape("roughness", "roughness", (0.032, 1.0), 0.4).sharper_when(Sharper::Smaller),
-            shape("anisotropic", "anisotropy of the highlight", (0.0, 1.0), 0.0).fixed(),
+            shape("anisotropic", "anisotropy of the highlight", (0.0, 1.0), 0.0).isotropic_at(0.0).fixed(),
             shape("clearcoat_gloss", "gloss of the coat", (0.0, 1.0), 1.0).fixed(),
             ParamSpec::amplitude("base", "base colour", 1.0, 0.2),
             shared("metallic", "metal or dielectric", 0.1),

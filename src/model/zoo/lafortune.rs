@@ -11,7 +11,7 @@
 //! |---|---|---|---|
 //! | ks | 1 | 0..1000 | scale of the lobe; the albedo at normal incidence if abs(cz) = N |
 //! | cxy; cx | 1 | -1..1 | fixed at -1 unless freed: forward; 1 is backward, towards the light |
-//! | cy | 1 | -10..10 | shape=anisotropic; equal to cx on data without the azimuth of the half vector |
+//! | cy | 1 | -10..10 | shape=anisotropic; equal to cx where the data show no anisotropy |
 //! | cz | 1 | -10..10 | 1 mirror-like, below 1 bent towards grazing, above 1 towards the normal |
 //! | n | 1 | 1..1e6 | exponent |
 //!

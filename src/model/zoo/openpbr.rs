@@ -200,6 +200,7 @@ impl Model for Openpbr {
                 .sharper_when(Sharper::Smaller);
         let anisotropy =
             shape("specular_roughness_anisotropy", "anisotropy of the surface", (0.0, 0.99), (0.1, 0.9), 0.0)
+                .isotropic_at(0.0)
                 .fixed();
         let ior = shape("specular_ior", "refractive index", (1.0, 3.0), (1.1, 2.5), 1.5);
         let body = shape("base_diffuse_roughness", "roughness of the body", (0.0, 1.0), (0.0, 1.0), 0.5);

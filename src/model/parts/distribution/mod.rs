@@ -137,7 +137,7 @@ mod tests {
     }
 
     fn is_isotropic(d: Distribution) -> bool {
-        d.parameters().iter().all(|spec| spec.isotropic_as.is_none())
+        d.parameters().iter().all(|spec| spec.isotropy.is_none())
     }
 
     /// Like [`at`], from the tangent of the polar angle, which has more digits near the horizon.

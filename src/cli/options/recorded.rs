@@ -1,0 +1,44 @@
+//! Models from reports.
+
+use crate::cli::messages::remark;
+use brdfit::Error;
+use brdfit::error::Place;
+use brdfit::report::{Recorded, is_report, read};
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+/// The model in a report. If the file has several reports, it is that of the first, the best of the ranking, with a remark. `None` if
+/// the file is not a report.
+pub fn report(path: &Path) -> Result<Option<Recorded>, Error> {
+    let mut file = File::open(path).map_err(Error::read(path))?;
+    // A pipe can be read only once, by the reader of measurements.
+    if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
+        return Ok(None);
+    }
+    let mut bytes = Vec::new();
+    file.by_ref().take(4096).read_to_end(&mut bytes).map_err(Error::read(path))?;
+    if !is_report(&bytes) {
+        return Ok(None);
+    }
+    file.read_to_end(&mut bytes).map_err(Error::read(path))?;
+    let recorded = read(&bytes, path)?;
+    let several = recorded.len();
+    let Some(first) = recorded.into_iter().next() else {
+        return Err(Error::malformed(path, Place::File, "a report", "none"));
+    };
+    if several > 1 {
+        remark(&format!(
+            "warning: {}: {several} reports; only the first, the best of the ranking, is used: {}, {}",
+            path.display(),
+            first.report.data.path,
+            first.report.model
+        ));
+    }
+    Ok(Some(first))
+}
+
+/// The model in a file that must be a report.
+pub fn the_report(path: &Path) -> Result<Recorded, Error> {
+    report(path)?.ok_or_else(|| Error::malformed(path, Place::File, "a report of brdfit", "something else"))
+}
