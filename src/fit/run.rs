@@ -16,6 +16,7 @@ use crate::measurement::{Measurement, Samples, dead_channel_doubts};
 use crate::model::{Expression, Role};
 use crate::parameters::{ParameterTable, Status, written_inside};
 use crate::progress::Progress;
+use crate::solver::in_parts::InParts;
 use crate::solver::remembered::Remembered;
 use crate::solver::{
     LeastSquares, Limits, Observer, Solution, SolverKind, Tolerances, minimise, minimise_with,
@@ -97,15 +98,20 @@ impl Task<'_> {
         progress: &Arc<dyn Progress>,
     ) -> Result<Solution, Error> {
         let Options { solver, iterations, seed, .. } = *self.options;
+        let parts = InParts::new(problem, &problem.table().free_products());
         let start = DVector::from_vec(problem.table().coordinates());
         let progress = Arc::clone(progress);
         let observer: Observer = Arc::new(move |iteration, cost| progress.iteration(iteration, cost));
         let limits = self.limits(iterations, Some(observer));
 
         // With many samples, go most of the way on a part of them.
-        let remembered = Remembered::new(problem);
+        let remembered = Remembered::new(&parts);
         let (start, passes) = match solver {
-            SolverKind::LevenbergMarquardt => self.coarse_to_fine(&remembered, start, FINAL.cost)?,
+            SolverKind::LevenbergMarquardt => {
+                let (start, passes) =
+                    self.coarse_to_fine(problem, &remembered, parts.parts(&start), FINAL.cost)?;
+                (parts.whole(&start), passes)
+            }
             #[cfg(feature = "solvers")]
             _ => (start, 0),
         };
@@ -114,7 +120,8 @@ impl Task<'_> {
         // after it.
         let tolerances = if passes > 1 { Tolerances { refinements: 0, ..FINAL } } else { FINAL };
         let mut solution = minimise_escaping_absent_lobes(problem, problem.table(), start, |start| {
-            minimise_with(solver, &remembered, start, tolerances, limits.clone(), seed)
+            minimise_with(solver, &remembered, parts.parts(&start), tolerances, limits.clone(), seed)
+                .map(|solution| parts.solution(solution))
         })?;
         // The solver counts the last pass a second time.
         solution.evaluations += passes.saturating_sub(1);

@@ -101,6 +101,26 @@ impl ParameterTable {
             .any(|product| is_free(product.lobe, product.first) && is_free(product.lobe, product.second))
     }
 
+    /// The places among the free parameters of both factors of each product, by channel, where each factor has a value of its own.
+    pub(crate) fn free_products(&self) -> Vec<(usize, usize)> {
+        let mut pairs: Vec<(usize, usize)> = Vec::new();
+        for product in &self.products {
+            let [first, second] =
+                [product.first, product.second].map(|parameter| &self.places[product.lobe][parameter]);
+            if first.len() == second.len() {
+                let place = |row: &usize| self.free.binary_search(row).ok();
+                pairs.extend(first.iter().zip(second).filter_map(|(a, b)| Some((place(a)?, place(b)?))));
+            }
+        }
+        // What another row follows is not changed by its own lobe alone.
+        let is_followed = |column: usize| {
+            let index = self.free[column];
+            self.rows.iter().any(|row| row.status == Status::Tied(index))
+        };
+        pairs.retain(|(a, b)| !is_followed(*a) && !is_followed(*b));
+        pairs
+    }
+
     /// Whether the fit can take the strength of a lobe to 0 by small steps.
     pub(crate) fn vanishes_gradually(&self, lobe: usize) -> bool {
         let scales = self.scales(lobe);

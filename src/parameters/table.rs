@@ -483,6 +483,16 @@ impl ParameterTable {
         self.follow();
     }
 
+    /// Takes over the values of free amplitudes from `other`, a table of the same parameters.
+    pub(crate) fn take_amplitudes(&mut self, other: &Self) {
+        for (row, found) in self.rows.iter_mut().zip(&other.rows) {
+            if row.spec.role == Role::Amplitude && row.status == Status::Free {
+                row.value = found.value;
+            }
+        }
+        self.follow();
+    }
+
     /// Makes the current values those that the fit starts from.
     pub fn start_here(&mut self) {
         self.rows.iter_mut().for_each(|row| row.initial = row.value);

@@ -16,13 +16,13 @@
 //! last, however the cost changes within its rounding error.
 
 use super::bounded_step::bounded_step;
-use super::inverse::svd::Svd;
+use super::extrapolation::Extrapolation;
 use super::least_squares::{LeastSquares, Linearisation};
 use super::termination::{Limits, Observer, Solution, Termination, Tolerances};
 use crate::error::Error;
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Executor, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// The solver; see the module documentation.
 #[derive(Clone)]
@@ -43,7 +43,7 @@ pub struct LevenbergMarquardt {
     termination: Option<Termination>,
     phase: Phase,
     /// The last points at which an undamped step was solved for, each with that step.
-    history: Vec<(DVector<f64>, DVector<f64>)>,
+    history: Extrapolation,
 }
 
 /// What the next iteration does.
@@ -146,8 +146,8 @@ const GOOD_GAIN: f64 = 0.75;
 const FAR_BETTER: f64 = 1.4;
 /// Largest multiple of its length at which such a step is tried.
 const LARGEST_MULTIPLE: f64 = 100.0;
-/// Number of past steps used to predict where the sequence ends; more rarely help.
-const MEMORY: usize = 3;
+/// A search that wants no more digits ends without a last step if that promises less than this share of the tolerance.
+const NEXT_TO_NOTHING: f64 = 0.1;
 /// Steps that shrink faster than this need no extrapolation.
 const FAST_SHRINKING: f64 = 0.1;
 /// Residuals stay large only if the decrease predicted for a step is below this fraction of the cost.
@@ -172,7 +172,7 @@ impl LevenbergMarquardt {
             current: None,
             termination: None,
             phase: Phase::Search,
-            history: Vec::new(),
+            history: Extrapolation::default(),
         }
     }
 
@@ -210,6 +210,13 @@ impl LevenbergMarquardt {
         let proposal = self.propose(x, model);
         if !proposal.length.is_finite() {
             self.termination = Some(Termination::Stalled);
+            return Ok(None);
+        }
+
+        // A step that promises next to nothing is not worth an evaluation, unless more digits are wanted.
+        let next_to_nothing = (NEXT_TO_NOTHING * self.tolerances.cost * model.cost).max(self.cost_floor);
+        if self.tolerances.refinements == 0 && self.lambda == 0.0 && proposal.promise <= next_to_nothing {
+            self.termination = self.converged_by(&proposal);
             return Ok(None);
         }
 
@@ -346,36 +353,15 @@ impl LevenbergMarquardt {
 
     /// Stores the undamped `step` at `x`. If such steps shrink slowly, returns the step to the point where their
     /// sequence would end.
-    ///
-    /// With the steps f_i at the points x_i, that point is x_k + f_k - sum_i w_i (x_k + f_k - x_i - f_i), with the
-    /// weights that minimise |D (f_k - sum_i w_i (f_k - f_i))|.
     fn extrapolation(
         &mut self,
         x: &DVector<f64>,
         step: &DVector<f64>,
         scale: &DVector<f64>,
     ) -> Option<DVector<f64>> {
-        // A refused step leaves the point where it was.
-        self.history.retain(|(point, _)| point != x);
-        let length = |p: &DVector<f64>| p.component_mul(scale).norm();
-        let slow = self.history.last().is_some_and(|(_, last)| {
-            let share = length(step) / length(last);
-            (FAST_SHRINKING..1.0).contains(&share)
-        });
-        let past = self.history.clone();
-        self.history.push((x.clone(), step.clone()));
-        if self.history.len() > MEMORY {
-            self.history.remove(0);
-        }
-        if !slow {
-            return None;
-        }
-        let differences: Vec<_> = past.iter().map(|(_, f)| (step - f).component_mul(scale)).collect();
-        let moves: Vec<_> = past.iter().map(|(point, f)| x + step - point - f).collect();
-        let weights = Svd::new(DMatrix::from_columns(&differences))
-            .solve(&step.component_mul(scale), f64::EPSILON.sqrt());
-        let end = step - DMatrix::from_columns(&moves) * weights;
-        end.iter().all(|v| v.is_finite()).then_some(end)
+        let share = self.history.shrinking(x, step, scale);
+        let end = self.history.end(x, step, scale);
+        end.filter(|_| share.is_some_and(|share| (FAST_SHRINKING..1.0).contains(&share)))
     }
 
     /// The step to the minimum of the model within `radius`: the `undamped` step if it is short enough. Stores the
@@ -685,6 +671,7 @@ pub fn minimise<P: LeastSquares>(
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+    use nalgebra::DMatrix;
 
     /// Rosenbrock's valley (1960) as two residuals: 10 (y - x^2) and 1 - x.
     struct Rosenbrock {

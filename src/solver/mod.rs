@@ -14,6 +14,8 @@ mod argmin_solvers;
 pub(crate) mod bounded_step;
 mod chosen;
 pub(crate) mod corrected;
+pub(crate) mod extrapolation;
+pub(crate) mod in_parts;
 pub(crate) mod inverse;
 mod least_squares;
 mod levenberg_marquardt;

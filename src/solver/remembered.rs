@@ -14,11 +14,6 @@ impl<'p, P: LeastSquares> Remembered<'p, P> {
     pub(crate) fn new(problem: &'p P) -> Self {
         Self { problem, best: RefCell::new(None) }
     }
-
-    /// The problem itself.
-    pub(crate) fn problem(&self) -> &'p P {
-        self.problem
-    }
 }
 
 impl<P: LeastSquares> LeastSquares for Remembered<'_, P> {

@@ -15,7 +15,8 @@ use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::fit::task::Task;
 use crate::solver::bounded_step::bounded_step;
 use crate::solver::corrected::Corrected;
-use crate::solver::remembered::Remembered;
+use crate::solver::extrapolation::Extrapolation;
+use crate::solver::in_parts::InParts;
 use crate::solver::{LeastSquares, Linearisation, Tolerances, minimise};
 use nalgebra::DVector;
 
@@ -23,25 +24,32 @@ use nalgebra::DVector;
 const PART_SAMPLES: usize = 20_000;
 /// The detour is taken only if there are at least this many times as many samples as in the part.
 const LEAST_RATIO: usize = 8;
-/// Largest number of passes over all samples. For most fits the second correction already ends within the tolerance.
-const ROUNDS: usize = 3;
+/// Largest number of passes over all samples. With one lobe the second correction already ends within the tolerance; with several
+/// it takes about four.
+const ROUNDS: usize = 6;
 /// Tolerances on the part, whose minimum is only an intermediate step.
 const FIRST: Tolerances = Tolerances { step: 1e-8, cost: 1e-9, gradient: 1e-9, refinements: 0 };
-/// Tolerances on the corrected part, whose minimum is compared with that of the whole.
+/// Tolerances on the corrected part, whose minimum is compared with that of the whole. The cost's grows with what is still to be
+/// gained: see [`CORRECTED_SHARE`].
 const CORRECTED: Tolerances = Tolerances { step: 1e-11, cost: 1e-14, gradient: 1e-14, refinements: 0 };
+/// Tolerance on the corrected part relative to the decrease that the whole promises, which one round lowers by a factor of 1e2 to
+/// 1e4.
+const CORRECTED_SHARE: f64 = 1e-4;
 /// Largest number of iterations on the part.
 const ITERATIONS: u64 = 60;
 
 impl Task<'_> {
-    /// Moves from a point close to the minimum on part of the samples to one close to the minimum on all of them.
-    /// Returns the point given if there are too few samples to gain anything. Ends when the linear model predicts a
-    /// decrease of less than `promise` of the cost. Also returns the number of passes over all samples.
+    /// Moves from a point close to the minimum on part of the samples to one close to the minimum on all of them. `whole` is
+    /// `problem` in parts, as are the points. Returns the point given if there are too few samples to gain anything. Ends when
+    /// the linear model predicts a decrease of less than `promise` of the cost. Also returns the number of passes over all
+    /// samples.
     ///
     /// # Errors
     /// The errors of [`minimise`].
     pub(in crate::fit) fn coarse_to_fine(
         &self,
-        whole: &Remembered<'_, ReflectanceProblem<'_>>,
+        problem: &ReflectanceProblem<'_>,
+        whole: &impl LeastSquares,
         start: DVector<f64>,
         promise: f64,
     ) -> Result<(DVector<f64>, u64), Error> {
@@ -51,24 +59,31 @@ impl Task<'_> {
 
         // Minimise on the part alone.
         let samples = self.draws.part(PART_SAMPLES, self.options.seed);
-        let (table, objective) = (whole.problem().table().clone(), whole.problem().objective());
+        let (table, objective) = (problem.table().clone(), problem.objective());
         let part = self.problem(&self.observe(&samples), table, objective);
+        let part = InParts::new(&part, &problem.table().free_products());
         let limits = self.limits(ITERATIONS, None);
         let mut x = minimise(&part, start, FIRST, limits.clone())?.x;
         let mut model = whole.linearise(&x);
         let mut passes = 1;
+        let scale = model.column_lengths(x.len());
+        let mut sequence = Extrapolation::default();
 
         // Minimise on the part with the gradient of the whole, as long as that leads closer to the minimum of the
         // whole.
         for _ in 1..ROUNDS {
-            if limits.reason(0).is_some()
-                || model.cost <= whole.cost_floor()
-                || !worthwhile(&model, &x, whole, promise)
-            {
+            let promised = promise_of(&model, &x, whole);
+            let is_worthwhile = model.is_finite() && promised > promise;
+            if limits.reason(0).is_some() || model.cost <= whole.cost_floor() || !is_worthwhile {
                 break;
             }
             let correction = Corrected::new(&part, &model, &x);
-            let next = minimise(&correction, x.clone(), CORRECTED, limits.clone())?.x;
+            let tolerances = Tolerances { cost: CORRECTED.cost.max(CORRECTED_SHARE * promised), ..CORRECTED };
+            let next = minimise(&correction, x.clone(), tolerances, limits.clone())?.x;
+            // The rounds shrink the distance by the same factors again and again: try the end of their sequence.
+            let step = &next - &x;
+            let end = sequence.end(&x, &step, &scale).map(|step| within(&x + step, &whole.bounds()));
+            let next = end.unwrap_or(next);
             let there = whole.linearise(&next);
             passes += 1;
             if there.cost.is_nan() || there.cost >= model.cost {
@@ -80,11 +95,17 @@ impl Task<'_> {
     }
 }
 
-/// Whether the linear model predicts a decrease of more than `promise` of the cost.
-fn worthwhile(model: &Linearisation, x: &DVector<f64>, problem: &impl LeastSquares, promise: f64) -> bool {
+/// The point within the bounds that is closest to `x`.
+fn within(mut x: DVector<f64>, bounds: &[(f64, f64)]) -> DVector<f64> {
+    x.iter_mut().zip(bounds).for_each(|(value, (low, high))| *value = value.clamp(*low, *high));
+    x
+}
+
+/// The decrease that the linear model predicts, relative to the cost.
+fn promise_of(model: &Linearisation, x: &DVector<f64>, problem: &impl LeastSquares) -> f64 {
     let scale = model.column_lengths(x.len()).map(|s| if s > 0.0 { s } else { 1.0 });
     let bounds = problem.bounds();
     let room: Vec<(f64, f64)> =
         bounds.iter().zip(x.iter()).map(|((low, high), x)| (low - x, high - x)).collect();
-    model.is_finite() && model.decrease(&bounded_step(model, &scale, 0.0, &room)) > promise * model.cost
+    model.decrease(&bounded_step(model, &scale, 0.0, &room)) / model.cost
 }

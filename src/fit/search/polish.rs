@@ -6,7 +6,8 @@ use crate::fit::problem::loss::Objective;
 use crate::fit::problem::observed::Observed;
 use crate::fit::task::Task;
 use crate::parameters::ParameterTable;
-use crate::solver::{Solution, Tolerances, minimise};
+use crate::solver::in_parts::minimise_in_parts;
+use crate::solver::{Solution, Tolerances};
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -24,8 +25,9 @@ impl Task<'_> {
     ) -> Result<Solution, Error> {
         let problem = self.problem(samples, table, objective);
         let start = DVector::from_vec(problem.table().coordinates());
+        let products = problem.table().free_products();
         minimise_escaping_absent_lobes(&problem, problem.table(), start, |start| {
-            minimise(&problem, start, TOLERANCES, self.limits(iterations, None))
+            minimise_in_parts(&problem, &products, &start, TOLERANCES, self.limits(iterations, None))
         })
     }
 }

@@ -15,7 +15,8 @@ use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{Expression, Role, Scale};
 use crate::parameters::{ParameterTable, Status};
-use crate::solver::{Limits, Tolerances, minimise};
+use crate::solver::in_parts::minimise_in_parts;
+use crate::solver::{Limits, Tolerances};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -221,8 +222,12 @@ impl Scanner<'_> {
         let candidates = if on_a_line {
             self.solve_the_promising(places)?
         } else {
-            let iterations = if table.has_free_products() { ITERATIONS_TO_A_VALLEY } else { ITERATIONS };
-            self.solve_all(&self.samples.some, places, iterations)?
+            if axes.len() == LATTICE_AXES && table.has_free_products() {
+                self.solve_rows(&points, places)?
+            } else {
+                let iterations = if table.has_free_products() { ITERATIONS_TO_A_VALLEY } else { ITERATIONS };
+                self.solve_all(&self.samples.some, places, iterations)?
+            }
         };
         let wanted = if axes.len() < 2 { STARTS_ON_A_LINE } else { STARTS_IN_SPACE };
         let chosen = choose(&points, &candidates, axes.len(), wanted);
@@ -259,6 +264,35 @@ impl Scanner<'_> {
         Ok(candidates)
     }
 
+    /// Solves the amplitudes at each place of a lattice, along each row of it: the amplitudes at one place are close to those at the
+    /// next.
+    fn solve_rows(&self, points: &[Vec<f64>], places: Vec<ParameterTable>) -> Result<Vec<Candidate>, Error> {
+        assert_eq!(points.len(), places.len(), "a place per point");
+        let mut rows: Vec<Vec<ParameterTable>> = Vec::new();
+        let mut last = f64::NAN;
+        for (point, place) in points.iter().zip(places) {
+            if point[0] != last {
+                rows.push(Vec::new());
+                last = point[0];
+            }
+            if let Some(row) = rows.last_mut() {
+                row.push(place);
+            }
+        }
+        let solve_row = |row: Vec<ParameterTable>| -> Result<Vec<Candidate>, Error> {
+            let mut solved: Vec<Candidate> = Vec::new();
+            for mut place in row {
+                if let Some(neighbour) = solved.last() {
+                    place.take_amplitudes(&neighbour.table);
+                }
+                solved.push(self.solve_amplitudes(&self.samples.some, place, ITERATIONS_TO_A_VALLEY)?);
+            }
+            Ok(solved)
+        };
+        let solved: Result<Vec<Vec<Candidate>>, Error> = rows.into_par_iter().map(solve_row).collect();
+        Ok(solved?.concat())
+    }
+
     /// Solves the amplitudes at each place.
     fn solve_all(
         &self,
@@ -279,8 +313,9 @@ impl Scanner<'_> {
         let problem = self.problem(samples, table.with_fixed(Role::Shape));
         let start = DVector::from_vec(problem.table().coordinates());
         let limits = Limits { iterations, observer: None, ..self.limits.clone() };
+        let products = problem.table().free_products();
         let solution = minimise_escaping_absent_lobes(&problem, problem.table(), start, |start| {
-            minimise(&problem, start, TOLERANCES, limits.clone())
+            minimise_in_parts(&problem, &products, &start, TOLERANCES, limits.clone())
         })?;
         let mut solved = problem.table().clone();
         solved.set_coordinates(solution.x.as_slice());

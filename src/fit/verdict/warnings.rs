@@ -40,8 +40,9 @@ const FLAT_SHARE: f64 = 0.3;
 const ABOVE_ONE: f64 = 1e-3;
 /// Angles of incidence at which the albedo of the fitted model is computed, degrees. Towards 90 the data say little.
 const INCIDENCES_DEG: [f64; 2] = [0.0, 75.0];
-/// The effort of that: enough to tell an albedo above 1.
-const ROUGH: Quadrature = Quadrature { tolerance: 1e-3, most_cells: 1000 };
+/// The effort of that: first enough to see that most materials are far from it, then enough to tell an albedo above 1.
+const EFFORTS: [Quadrature; 2] =
+    [Quadrature { tolerance: 3e-2, most_cells: 100 }, Quadrature { tolerance: 1e-3, most_cells: 1000 }];
 
 /// A parameter at a bound.
 struct Bound {
@@ -136,8 +137,15 @@ impl Fit {
         let values = [values.clone()];
         let at = |theta_i_deg: f64| {
             let wi = direction(theta_i_deg.to_radians(), 0.0);
-            let albedos = directional_albedo(&self.model, &values, wi, false, &ROUGH);
-            let surely = albedos.first().map_or(0.0, |Integral { value, error }| value - error);
+            let mut surely = 0.0;
+            for effort in &EFFORTS {
+                let albedos = directional_albedo(&self.model, &values, wi, false, effort);
+                let Some(Integral { value, error }) = albedos.first() else { break };
+                surely = value - error;
+                if value + error < 1.0 {
+                    break;
+                }
+            }
             (surely, theta_i_deg)
         };
         let (albedo, theta_i_deg) =
