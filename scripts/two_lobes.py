@@ -18,6 +18,7 @@ from common import SHARED_DATA, checked_brdfit, nbrdf_tool
 
 ONE = "lambert + cook-torrance"
 TWO = f"{ONE} + cook-torrance"
+SCRIPTS = Path(__file__).resolve().parent
 MOST_SAMPLES = 100_000
 """Samples per fit: enough for any table, and few enough for all materials in minutes."""
 
@@ -34,11 +35,37 @@ def merl_tables(folder):
             path.unlink()
 
 
+def converted(folder):
+    """Turns the measurements at hand that are in other formats into CSV, and yields their paths."""
+    folder = Path(folder)
+
+    def run(script, *arguments):
+        command = [sys.executable, SCRIPTS / f"{script}.py", *arguments]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+    run("convert_nist_ptfe", SHARED_DATA / "nist-ptfe/PTFE.data.csv", folder / "nist-ptfe.csv")
+    run("convert_alta_retro", SHARED_DATA / "cea-retro/retro-3M-yellow.dat", folder / "retro-3M-yellow.csv")
+    metals = folder / "mwir"
+    metals.mkdir()
+    run("convert_mwir", SHARED_DATA / "mwir/mwir_metals_lacquers.csv", metals)
+    for file in sorted((SHARED_DATA / "rgl").glob("*_reference.csv")):
+        header, *rows = file.read_text().splitlines()
+        with (folder / f"{file.stem}.csv").open("w") as out:
+            print(header, file=out)
+            for row in rows:
+                numbers = [float(number) for number in row.split(",")]
+                print(*map(math.degrees, numbers[:4]), *numbers[4:], sep=",", file=out)
+    yield from sorted(folder.rglob("*.csv"))
+
+
 def fit(brdfit, path, model, hold_out):
     """The error of a fit in cbrt: on the samples fitted, or on those held out."""
     more = ["--hold-out", "0.2"] if hold_out else []
     command = [brdfit, "fit", path, "-m", model, "--samples", str(MOST_SAMPLES), "--json", *more]
     done = subprocess.run(command, capture_output=True, text=True)
+    if not done.stdout:
+        print(f"{path.name}: {done.stderr.strip()}", file=sys.stderr)
+        return math.nan
     report = json.loads(done.stdout)
     return (report["selection"]["held_out"] if hold_out else report["errors"])["cbrt"]
 
@@ -51,7 +78,7 @@ def main():
     print("| material | one lobe | two lobes | ratio | held out: ratio |\n|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         cornell = sorted((SHARED_DATA / "cornell").glob("*.brdf"))
-        for path in itertools.chain(cornell, merl_tables(folder)):
+        for path in itertools.chain(cornell, converted(folder), merl_tables(folder)):
             one, two = (fit(brdfit, path, model, False) for model in (ONE, TWO))
             held_one, held_two = (fit(brdfit, path, model, True) for model in (ONE, TWO))
             print(f"| {path.stem} | {one:.5f} | {two:.5f} | {two / one:.3f} | {held_two / held_one:.3f} |", flush=True)

@@ -473,7 +473,7 @@ fn names_in_any_case_are_understood_and_mistakes_answered() {
     );
     for (line, answer) in [
         ("fit a.csv -m lambrt", "did you mean 'lambert'?"),
-        ("fit a.csv -m qqq", "the nearest of 32 are "),
+        ("fit a.csv -m qqq", "the nearest of "),
         ("fit a.csv -m 'cook-torrance(d=ggy)'", "did you mean 'ggx'?"),
         ("fit a.csv -m 'cook-torrance(mm=0.2)'", "did you mean 'm'?"),
         ("fit a.csv -m 'disney-2012(rougness=0.2)'", "did you mean 'roughness'?"),
