@@ -744,6 +744,8 @@ def core_models():
                 "ashikhmin-shirley.nu": 60.0,
                 "ashikhmin-shirley.nv": 25.0,
             },
+            # Light from a single azimuth, as in the measured paints, ties it to nu by default.
+            free=["nv"],
         ),
     ]
 

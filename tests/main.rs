@@ -19,6 +19,7 @@ mod heightfield;
 mod held;
 #[cfg(feature = "images")]
 mod image;
+mod misfit;
 mod models;
 mod nesting;
 mod nist;

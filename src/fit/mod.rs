@@ -14,7 +14,7 @@ mod verdict;
 pub use budget::checked_target;
 pub use budget::{fit_to_target, fit_within};
 pub(crate) use image::fit_image;
-pub use options::{Budget, Options, Uncertainty};
+pub use options::{Budget, Options, SigmaScale, Uncertainty};
 pub use problem::loss::LossKind;
 #[doc(hidden)]
 pub use problem::loss::{LOSS_SCALES, Objective};
@@ -33,6 +33,7 @@ pub use verdict::fitted_parameter::{FittedParameter, NoStandardError, ParameterS
 pub use verdict::hold_out::HeldOut;
 #[doc(hidden)]
 pub use verdict::hold_out::checked_fraction;
+pub use verdict::misfit::{Misfit, NoiseSource, Worst};
 pub use verdict::result::{Fit, Selection};
 pub use verdict::warning::{
     AtBound, NotSeparated, Saturated, Side, Suggestion, Unusable, Warning, WarningKind,

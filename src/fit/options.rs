@@ -36,6 +36,8 @@ pub struct Options {
     pub hold_out: Option<f64>,
     /// Where standard errors come from.
     pub uncertainty: Uncertainty,
+    /// What standard deviations mean, where they are the weights.
+    pub sigma_scale: SigmaScale,
     /// The optimiser of the final fit; the default is the one to use, the others are for comparison.
     pub solver: SolverKind,
     /// Largest number of iterations of the final fit by Levenberg-Marquardt; other solvers are allowed more.
@@ -97,6 +99,12 @@ impl Options {
         Self { uncertainty, ..self }
     }
 
+    /// Takes standard deviations as the noise itself, the default, or up to a common factor.
+    #[must_use]
+    pub fn with_sigma_scale(self, sigma_scale: SigmaScale) -> Self {
+        Self { sigma_scale, ..self }
+    }
+
     /// Makes the final fit with this optimiser. The default is the one to use.
     #[must_use]
     pub fn with_solver(self, solver: SolverKind) -> Self {
@@ -152,6 +160,7 @@ impl Default for Options {
             seed: 0,
             hold_out: None,
             uncertainty: Uncertainty::default(),
+            sigma_scale: SigmaScale::default(),
             solver: SolverKind::default(),
             iterations: 300,
             stop: None,
@@ -178,6 +187,28 @@ impl Uncertainty {
         match self {
             Self::Formula => "formula",
             Self::BlockBootstrap => "block-bootstrap",
+        }
+    }
+}
+
+/// What the standard deviations of a file mean, where they are the weights of a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum SigmaScale {
+    /// The noise itself.
+    #[default]
+    Absolute,
+    /// The noise up to a common factor, which the reduced chi-square gives.
+    Auto,
+}
+
+impl SigmaScale {
+    /// Name on the command line and in reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Absolute => "absolute",
+            Self::Auto => "auto",
         }
     }
 }

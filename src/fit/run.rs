@@ -12,7 +12,7 @@ use super::verdict::hold_out;
 use super::verdict::result::Fit;
 use super::verdict::warning::Warning;
 use crate::error::Error;
-use crate::measurement::{Measurement, Samples, dead_channel_doubts};
+use crate::measurement::{Measurement, Samples, Weighting, dead_channel_doubts};
 use crate::model::{Expression, Role};
 use crate::parameters::{ParameterTable, Status, written_inside};
 use crate::progress::Progress;
@@ -56,7 +56,8 @@ pub fn fit(
         Uncertainty::Formula => None,
         Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
     };
-    let task = Task::new(expression, &samples, options);
+    let with_sigma = unused_sigma(measurement, &samples, options);
+    let task = Task { with_sigma: with_sigma.as_ref(), ..Task::new(expression, &samples, options) };
 
     // Search for the best start, which is already close to the minimum. The search leaves its best values in the
     // table, and their `initial` says where they started.
@@ -187,6 +188,15 @@ fn prepare(
     Ok((samples, table))
 }
 
+/// The samples with the standard deviations of the file; `None` if it gives none, or if the fit uses them.
+fn unused_sigma(measurement: &Measurement, samples: &Samples, options: &Options) -> Option<Samples> {
+    if measurement.sigma.is_none() || samples.weighting == Weighting::Sigma {
+        return None;
+    }
+    // Standard deviations of 0 say nothing.
+    Samples::select(measurement, &options.filters.clone().with_weighting(Weighting::Sigma)).ok()
+}
+
 /// The warnings that the reader of the file raised.
 fn doubts(measurement: &Measurement) -> impl Iterator<Item = Warning> {
     measurement.doubts.iter().cloned().map(Warning::Data)
@@ -207,12 +217,16 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
 
     // A fit without free parameters stops where it starts.
     let table = table.with_fixed(Role::Shape).with_fixed(Role::Amplitude);
-    let task = Task::new(expression, &samples, options);
+    let with_sigma = unused_sigma(measurement, &samples, options);
+    let task = Task { with_sigma: with_sigma.as_ref(), ..Task::new(expression, &samples, options) };
     let found = SearchOutcome { objective: options.metric.into(), starts: Vec::new(), profiles: Vec::new() };
     let problem = task.problem(&task.observe(&samples), table.clone(), found.objective);
     let solution = minimise(&problem, DVector::zeros(0), Tolerances::default(), Limits::iterations(0))?;
     let mut fit = task.judge(&problem, table, solution, found, None)?;
-    fit.warnings.retain(|warning| matches!(warning, Warning::NotUsable(_)));
+    let stays = |warning: &Warning| {
+        matches!(warning, Warning::NotUsable(_) | Warning::Misfit(_) | Warning::ChiSquare { .. })
+    };
+    fit.warnings.retain(stays);
     fit.warnings.splice(0..0, doubts(measurement));
     if !defaults.is_empty() {
         fit.warnings.push(Warning::DefaultUsed { parameters: defaults });

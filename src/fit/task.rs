@@ -20,11 +20,13 @@ pub(super) struct Task<'a> {
     /// Draws of part of those samples.
     pub(super) draws: Arc<Draws<'a>>,
     pub(super) options: &'a Options,
+    /// The same samples with the standard deviations of the file, if it gives any that the fit does not use.
+    pub(super) with_sigma: Option<&'a Samples>,
 }
 
 impl<'a> Task<'a> {
     pub(super) fn new(expression: &'a Expression, samples: &'a Samples, options: &'a Options) -> Self {
-        Self { expression, samples, draws: Arc::new(Draws::new(samples)), options }
+        Self { expression, samples, draws: Arc::new(Draws::new(samples)), options, with_sigma: None }
     }
 
     /// The same fit of another expression.
@@ -32,7 +34,7 @@ impl<'a> Task<'a> {
     where
         'a: 'b,
     {
-        Task { expression, samples: self.samples, draws: Arc::clone(&self.draws), options: self.options }
+        Task { expression, draws: Arc::clone(&self.draws), ..*self }
     }
 
     pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {

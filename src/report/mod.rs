@@ -17,8 +17,9 @@ pub use open::{Criterion, Named, Open, ParameterStatus, StopReason};
 pub use read::{Recorded, is_report, read};
 pub use record::{
     Correlation, Data, Derived, ErrorRecord, Failure, FilterRecord, FitRecord, HeldOutRecord, InOrder,
-    OptionRecord, Parameter, Rank, Report, Reports, ResamplingRecord, SCHEMA, SCHEMA_SEVERAL,
-    SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord, schema,
+    MisfitRecord, OptionRecord, Parameter, Rank, Report, Reports, ResamplingRecord, SCHEMA, SCHEMA_SEVERAL,
+    SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord, WorstRecord,
+    schema,
 };
 pub use text::table;
 
@@ -69,6 +70,7 @@ impl Report {
             filters: FilterRecord {
                 max_theta_deg: circumstances.max_theta_deg,
                 weights: fit.weighting.into(),
+                sigma_unused: fit.sigma_unused,
             },
             metric: circumstances.metric.into(),
             parameters: fit.parameters().into_iter().map(Parameter::from).collect(),
@@ -76,6 +78,7 @@ impl Report {
             correlation: correlation(fit),
             errors: ErrorRecord::from(&fit.errors.all),
             errors_on_all: fit.errors_on_all.as_ref().map(ErrorRecord::from),
+            misfit: fit.misfit.as_ref().map(MisfitRecord::from),
             errors_by_channel: InOrder(by_channel.collect()),
             fit: FitRecord {
                 n: fit.n,

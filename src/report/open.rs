@@ -1,7 +1,9 @@
 //! Enums whose values have names in reports.
 
 use crate::error::OptionName;
-use crate::fit::{Budget, LossKind, Method, Metric, ParameterState, Uncertainty, WarningKind};
+use crate::fit::{
+    Budget, LossKind, Method, Metric, NoiseSource, ParameterState, SigmaScale, Uncertainty, WarningKind,
+};
 use crate::measurement::Weighting;
 use crate::measurement::formats::BinPosition;
 use crate::model::Unit;
@@ -131,16 +133,18 @@ named! {
     LossKind (name): None Huber Cauchy;
     Method (name): Absolute Sandwich BlockBootstrap;
     Metric (name): L2 Log Cbrt;
-    OptionName (name): Bounds Fix Format Free HoldOut Init LossScale MaxTheta Metric PerChannel Set Shared Svg TargetError
+    OptionName (name): Bounds Fix Format Free HoldOut Init LossScale MaxTheta Metric PerChannel Set Shared SigmaScale Svg TargetError
         Thickness Tie Timeout Tolerance Uncertainty Weights;
+    NoiseSource (name): Sigma Repeats ReciprocalPairs Neighbours;
+    SigmaScale (name): Absolute Auto;
     SolverKind (name): LevenbergMarquardt #[cfg(feature = "solvers")] LBfgs #[cfg(feature = "solvers")] NelderMead
         #[cfg(feature = "solvers")] ParticleSwarm;
     ParameterStatus (name): Free Fixed Tied AtLower AtUpper Absent;
     Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
     Uncertainty (name): Formula BlockBootstrap;
     Unit (symbol): One Degrees UnscaledMerl;
-    WarningKind (name): AtBound Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
-        LossDiscards NotIdentifiable NotUsable Resampling Saturated StrengthAboveOne SuspiciousAngles TargetMissed
+    WarningKind (name): AtBound ChiSquare Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
+        LossDiscards Misfit NotIdentifiable NotUsable Resampling Saturated StrengthAboveOne SuspiciousAngles TargetMissed
         TiedStarts WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;
 }

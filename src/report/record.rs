@@ -5,8 +5,8 @@
 use super::open::{Criterion, Open, ParameterStatus, StopReason};
 use crate::error::OptionName;
 use crate::fit::{
-    Budget, Errors, Fit, FittedParameter, HeldOut, LossKind, Method, Metric, Options, Resampled, Suggestion,
-    Uncertainty, Warning, WarningKind,
+    Budget, Errors, Fit, FittedParameter, HeldOut, LossKind, Method, Metric, Misfit, NoiseSource, Options,
+    Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
 };
 use crate::measurement::Weighting;
 use crate::measurement::formats::BinPosition;
@@ -60,6 +60,9 @@ pub struct Report {
     /// uses; null otherwise.
     #[serde(default)]
     pub errors_on_all: Option<ErrorRecord>,
+    /// How far the model is from the data, beside their noise; null if there are too few samples to tell.
+    #[serde(default)]
+    pub misfit: Option<MisfitRecord>,
     /// Every error of each channel.
     #[serde(default)]
     pub errors_by_channel: InOrder<ErrorRecord>,
@@ -122,6 +125,8 @@ pub struct FilterRecord {
     pub max_theta_deg: f64,
     /// How the samples were weighted.
     pub weights: Open<Weighting>,
+    /// Whether the file gives standard deviations that do not weight the samples.
+    pub sigma_unused: bool,
 }
 
 /// One parameter.
@@ -332,6 +337,47 @@ pub struct TerminationRecord {
     pub evaluations: u64,
 }
 
+/// How far the model is from the data, beside the data's own noise.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct MisfitRecord {
+    /// Root mean square of the residuals over that of the noise; null if no noise is visible.
+    pub ratio: Option<f64>,
+    /// What the noise was estimated from; null if none is visible.
+    pub noise: Option<Open<NoiseSource>>,
+    /// Mean distance of the model from the data, relative to the data.
+    pub relative: f64,
+    /// Above this ratio the warning `misfit` is given; chance alone explains a smaller one.
+    pub limit: f64,
+    /// Where the residuals are largest; null if no region has enough samples.
+    pub worst: Option<WorstRecord>,
+}
+
+/// A region of directions.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct WorstRecord {
+    /// Smallest and largest angle of incidence, degrees.
+    pub theta_i_deg: [f64; 2],
+    /// Whether it is the part of these directions within 10 degrees of the mirror direction, by the half vector, or the rest.
+    pub near_mirror: bool,
+}
+
+impl From<&Misfit> for MisfitRecord {
+    fn from(misfit: &Misfit) -> Self {
+        let worst = misfit
+            .worst
+            .map(|worst| WorstRecord { theta_i_deg: worst.theta_i_deg, near_mirror: worst.near_mirror });
+        Self {
+            ratio: misfit.ratio.and_then(finite),
+            noise: misfit.source.map(Into::into),
+            relative: misfit.relative,
+            limit: misfit.limit,
+            worst,
+        }
+    }
+}
+
 /// The options as used.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
@@ -350,6 +396,8 @@ pub struct OptionRecord {
     pub solver: Option<Open<SolverKind>>,
     /// The source of the standard errors; null if nothing was fitted.
     pub uncertainty: Option<Open<Uncertainty>>,
+    /// What the standard deviations of the file mean; null unless they are the weights.
+    pub sigma_scale: Option<Open<SigmaScale>>,
     /// The directions that the cells of a MERL table stand for.
     pub merl_bins: Open<BinPosition>,
     /// How strongly outliers are down-weighted.
@@ -377,6 +425,7 @@ impl OptionRecord {
             hold_out: options.hold_out,
             solver: Some(options.solver.into()),
             uncertainty: Some(options.uncertainty.into()),
+            sigma_scale: (fit.weighting == Weighting::Sigma).then(|| options.sigma_scale.into()),
             loss: options.loss.into(),
             loss_scale: fit.loss_scale,
             loss_scale_auto: fit.loss_scale.map(|_| options.loss_scale.is_none()),

@@ -1,7 +1,7 @@
 //! Writes the report as a table for people to read.
 
-use super::{ErrorRecord, Open, Parameter, ParameterStatus, Report};
-use crate::fit::{Method, Metric};
+use super::{ErrorRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord};
+use crate::fit::{Method, Metric, Worst};
 use crate::model::Unit;
 use std::fmt::Write as _;
 
@@ -31,9 +31,10 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         if dropped.is_empty() { String::new() } else { format!("; left out: {}", dropped.join(", ")) };
     writeln!(text, "{} of {} samples{dropped}", data.used, data.samples)?;
     writeln!(text, "{}", report.model)?;
+    let unused = if report.filters.sigma_unused { " (standard deviations of the file not used)" } else { "" };
     writeln!(
         text,
-        "metric {}, weights {}, theta up to {} deg",
+        "metric {}, weights {}{unused}, theta up to {} deg",
         report.metric, report.filters.weights, report.filters.max_theta_deg
     )?;
     writeln!(text)?;
@@ -164,10 +165,27 @@ fn angles(degrees: &[[f64; 2]]) -> String {
     listed.join(", ")
 }
 
+/// How far the model is from the data, in a line.
+fn misfit_in_words(misfit: &MisfitRecord) -> String {
+    let noise = misfit.noise.as_ref().and_then(Open::known);
+    let what = match (misfit.ratio, noise) {
+        (Some(ratio), Some(source)) => format!("{} times the noise of the data ({source})", digits(ratio, 3)),
+        _ => format!("{} % of the data; no noise is visible beside them", digits(100.0 * misfit.relative, 2)),
+    };
+    let worst = misfit.worst.as_ref().map_or_else(String::new, |worst| {
+        let WorstRecord { theta_i_deg, near_mirror } = *worst;
+        format!("; largest at {}", Worst { theta_i_deg, near_mirror })
+    });
+    format!("residuals: {what}{worst}")
+}
+
 fn errors(text: &mut String, report: &Report) -> std::fmt::Result {
     let e = &report.errors;
     let (log_ratio, relative) = (or_dash(e.log_ratio), or_dash(e.relative));
     writeln!(text, "\nerrors: {}, log_ratio {log_ratio}, relative {relative}", metrics(e))?;
+    if let Some(misfit) = &report.misfit {
+        writeln!(text, "{}", misfit_in_words(misfit))?;
+    }
     if let Some(held) = &report.selection.held_out {
         writeln!(
             text,

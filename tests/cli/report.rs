@@ -106,6 +106,7 @@ fn assert_report(report: &Value) {
             ("correlation", "object|null"),
             ("errors", "object"),
             ("errors_on_all", "object|null"),
+            ("misfit", "object|null"),
             ("errors_by_channel", "object"),
             ("fit", "object"),
             ("selection", "object"),
@@ -137,7 +138,24 @@ fn assert_report(report: &Value) {
     assert!(sha.len() == 64 && sha.bytes().all(|b| b.is_ascii_hexdigit()));
     let dropped: u64 = data["dropped"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum();
     assert_eq!(data["used"].as_u64().unwrap() + dropped, data["samples"].as_u64().unwrap());
-    assert_fields("filters", &report["filters"], &[("max_theta_deg", "number"), ("weights", "string")]);
+    let fields = [("max_theta_deg", "number"), ("weights", "string"), ("sigma_unused", "bool")];
+    assert_fields("filters", &report["filters"], &fields);
+    let misfit = &report["misfit"];
+    if !misfit.is_null() {
+        let fields = [
+            ("ratio", "number|null"),
+            ("noise", "string|null"),
+            ("relative", "number"),
+            ("limit", "number"),
+            ("worst", "object|null"),
+        ];
+        assert_fields("misfit", misfit, &fields);
+        assert_eq!(misfit["ratio"].is_null(), misfit["noise"].is_null());
+        if !misfit["worst"].is_null() {
+            let fields = [("theta_i_deg", "array"), ("near_mirror", "bool")];
+            assert_fields("misfit.worst", &misfit["worst"], &fields);
+        }
+    }
     for parameter in report["parameters"].as_array().unwrap() {
         assert_fields(
             "parameter",
@@ -396,6 +414,13 @@ fn reports_of_earlier_versions_are_read() {
     for warning in written["warnings"].as_array_mut().unwrap() {
         assert_eq!(warning.as_object_mut().unwrap().remove("suggestions"), Some(json!([])));
     }
+    let mut remove = |object: &str, field: &str, value: Value| {
+        let object = if object.is_empty() { &mut written } else { &mut written[object] };
+        assert_eq!(object.as_object_mut().unwrap().remove(field), Some(value));
+    };
+    remove("", "misfit", Value::Null);
+    remove("filters", "sigma_unused", json!(false));
+    remove("options", "sigma_scale", Value::Null);
     assert_eq!(written, read);
     let folder = Folder::new();
     folder.write("earlier.json", &text);

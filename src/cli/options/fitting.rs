@@ -2,7 +2,8 @@
 
 use brdfit::Error;
 use brdfit::fit::{
-    Budget, Fit, Options, Uncertainty, checked_fraction, checked_target, fit, fit_to_target, fit_within,
+    Budget, Fit, Options, SigmaScale, Uncertainty, checked_fraction, checked_target, fit, fit_to_target,
+    fit_within,
 };
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
@@ -20,6 +21,9 @@ pub struct FittingArguments {
     /// Find standard errors by formula, or by refitting resampled incidence angles (200 fits)
     #[arg(long, value_enum, default_value_t = UncertaintyName::Formula)]
     uncertainty: UncertaintyName,
+    /// Take the standard deviations of --weights sigma as the noise itself, or up to a factor that chi-square gives
+    #[arg(long, value_enum, default_value_t = SigmaScaleName::Absolute)]
+    sigma_scale: SigmaScaleName,
     /// Optimiser of the final fit; the default is the one to use, the others are for comparison
     #[arg(long, value_enum, default_value_t = SolverName::LevenbergMarquardt, value_name = "NAME")]
     solver: SolverName,
@@ -73,6 +77,21 @@ enum UncertaintyName {
     BlockBootstrap,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum SigmaScaleName {
+    Absolute,
+    Auto,
+}
+
+impl From<SigmaScaleName> for SigmaScale {
+    fn from(name: SigmaScaleName) -> Self {
+        match name {
+            SigmaScaleName::Absolute => Self::Absolute,
+            SigmaScaleName::Auto => Self::Auto,
+        }
+    }
+}
+
 impl From<UncertaintyName> for Uncertainty {
     fn from(name: UncertaintyName) -> Self {
         match name {
@@ -86,7 +105,10 @@ impl FittingArguments {
     /// Returns `options` with these set.
     pub fn apply(&self, options: Options) -> Result<Options, Error> {
         self.target_error.map(checked_target).transpose()?;
-        let mut options = options.with_uncertainty(self.uncertainty.into()).with_solver(self.solver.into());
+        let mut options = options
+            .with_uncertainty(self.uncertainty.into())
+            .with_sigma_scale(self.sigma_scale.into())
+            .with_solver(self.solver.into());
         options.hold_out = self.hold_out.map(checked_fraction).transpose()?;
         Ok(options)
     }

@@ -9,7 +9,7 @@ use super::formula::{Formula, Layout, Sums};
 use super::kernels::{ChannelBlock, ObservedBlock, Scratch};
 use super::loss::{LossKind, Objective, robust_deviation};
 use super::observed::{BULK_OF_DATA, Observed};
-use crate::geometry::{BLOCK, Block};
+use crate::geometry::{BLOCK, Block, Row};
 use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Expression};
@@ -155,6 +155,26 @@ impl<'a> ReflectanceProblem<'a> {
         robust_deviation(&mut residuals.concat())
     }
 
+    /// The residuals at `x` by channel and sample, without the weights of the samples; none for channels that do not count.
+    #[must_use]
+    pub(in crate::fit) fn residuals_of_channels(&self, x: &DVector<f64>) -> Vec<Vec<f64>> {
+        let mut table = self.table.clone();
+        table.set_coordinates(x.as_slice());
+        let context = Context::new(self, &table, Pass::Model);
+        let mut work = context.workspace();
+        let mut rows = vec![Vec::with_capacity(self.observed.len()); self.layouts.len()];
+        for blocks in block_ranges(self.observed.len()) {
+            for index in blocks {
+                let of_channels = context.plain_residuals_of(index, &mut work);
+                for (row, residuals) in rows.iter_mut().zip(of_channels) {
+                    let left = self.observed.len() - row.len();
+                    row.extend(residuals.iter().flat_map(|residuals| residuals.iter().take(left).copied()));
+                }
+            }
+        }
+        rows
+    }
+
     /// The cost of each channel at `x`.
     pub(in crate::fit) fn channel_costs(&self, x: &DVector<f64>) -> Vec<f64> {
         self.gather(x, Pass::Model).map_or_else(|| vec![0.0; self.layouts.len()], |total| total.costs)
@@ -284,19 +304,27 @@ impl<'p, 'a> Context<'p, 'a> {
     fn plain_residuals(&self, blocks: Range<usize>, work: &mut Workspace) -> Vec<(f64, f64)> {
         let observed = &self.problem.observed;
         let mut residuals = Vec::with_capacity(blocks.len() * BLOCK * self.formula.sums().len());
-        let Workspace { block, bases, scratch } = work;
         for index in blocks {
-            let block = observed.block(index, block);
-            bases.iter_mut().for_each(BasisBlock::forget);
-            for (channel, sums) in self.formula.sums().iter().enumerate() {
-                let Some(of_channel) = observed.channel_block(channel, index) else { continue };
-                self.formula.evaluate(channel, block, bases);
-                let mut kernel = self.kernel(channel, of_channel, block, bases, sums, scratch);
-                let plain = self.arch.dispatch(kernel.plain());
+            for plain in self.plain_residuals_of(index, work).iter().flatten() {
                 residuals.extend(plain.iter().copied().zip(observed.weights(index).iter().copied()));
             }
         }
         residuals
+    }
+
+    /// The residuals of each channel in one block; `None` for channels that do not count.
+    fn plain_residuals_of(&self, index: usize, work: &mut Workspace) -> Vec<Option<Row>> {
+        let observed = &self.problem.observed;
+        let Workspace { block, bases, scratch } = work;
+        let block = observed.block(index, block);
+        bases.iter_mut().for_each(BasisBlock::forget);
+        let of_channel = |(channel, sums): (usize, &Sums)| {
+            let of_channel = observed.channel_block(channel, index)?;
+            self.formula.evaluate(channel, block, bases);
+            let mut kernel = self.kernel(channel, of_channel, block, bases, sums, scratch);
+            Some(self.arch.dispatch(kernel.plain()))
+        };
+        self.formula.sums().iter().enumerate().map(of_channel).collect()
     }
 }
 

@@ -224,6 +224,17 @@ impl Covariance {
         self.entries.dense()
     }
 
+    /// The same with every variance `factor` times as large, estimated with `dof` degrees of freedom.
+    pub(super) fn scaled(mut self, factor: f64, dof: f64) -> Self {
+        let scale = |entries: &BlockMatrix| {
+            entries.clone().in_units(&DVector::from_element(entries.len(), factor.sqrt()))
+        };
+        self.entries = scale(&self.entries);
+        self.unbounded.entries = scale(&self.unbounded.entries);
+        self.quantile = half_interval(dof);
+        self
+    }
+
     /// Removes the errors of some rows.
     pub(super) fn discard(&mut self, rows: Vec<usize>) {
         self.discarded = rows;

@@ -7,6 +7,7 @@ use super::result::{Fit, Selection, selection};
 use super::warning::{Unusable, Warning};
 use super::warnings;
 use crate::error::Error;
+use crate::fit::options::SigmaScale;
 use crate::fit::problem::loss::{LossKind, Objective};
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::fit::search::best_start::SearchOutcome;
@@ -76,15 +77,22 @@ impl Task<'_> {
         // Criteria that weigh the error against the number of parameters.
         let Counts { n, free, dof, freedom } = counts;
         let reduced_chi2 = (absolute && dof > 0).then(|| solution.cost / freedom);
+        let covariance = match (self.options.sigma_scale, reduced_chi2) {
+            (SigmaScale::Auto, Some(chi2)) => covariance.map(|covariance| covariance.scaled(chi2, freedom)),
+            _ => covariance,
+        };
         let selection =
             if robust { Selection::default() } else { selection(solution.cost, n, free, absolute) };
 
+        let misfit = self.misfit(&table, reduced_chi2, errors.all.relative);
         let mut fit = Fit {
             model: self.expression.clone(),
             weighting: samples.weighting,
             used: samples.len(),
             dropped: samples.dropped.clone(),
             reduced_chi2,
+            misfit,
+            sigma_unused: self.with_sigma.is_some(),
             selection,
             loss_scale: robust.then_some(found.objective.scale),
             errors,
@@ -107,6 +115,7 @@ impl Task<'_> {
 
         // The warnings.
         let mut warnings = self.general_warnings(&fit);
+        warnings.extend(warnings::misfit(&fit));
         warnings.extend(warnings::strengths(&fit));
         warnings.extend(warnings::at_bounds(&fit));
         warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));

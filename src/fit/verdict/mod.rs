@@ -10,6 +10,7 @@ pub(super) mod errors;
 pub(super) mod fitted_parameter;
 pub(super) mod hold_out;
 mod judge;
+pub(super) mod misfit;
 pub(super) mod result;
 pub(super) mod warning;
 mod warnings;

@@ -4,6 +4,7 @@ use super::bootstrap::Resampled;
 use super::covariance::Covariance;
 use super::errors::{ErrorTable, Errors};
 use super::hold_out::HeldOut;
+use super::misfit::Misfit;
 use super::warning::{Unusable, Warning};
 use crate::brdf::Brdf;
 use crate::fit::options::Budget;
@@ -50,6 +51,10 @@ pub struct Fit {
     pub dof: i64,
     /// chi^2/dof; `None` unless standard deviations were given.
     pub reduced_chi2: Option<f64>,
+    /// How far the model is from the data, beside their noise; `None` if there are too few samples to tell.
+    pub misfit: Option<Misfit>,
+    /// Whether the file gives standard deviations that the fit did not use.
+    pub sigma_unused: bool,
     /// Criteria for choosing between models.
     pub selection: Selection,
     /// The scale of the loss; `None` for least squares.

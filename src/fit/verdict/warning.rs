@@ -1,5 +1,6 @@
 //! The warnings of a fit, and their texts.
 
+use super::misfit::Misfit;
 use crate::error::OptionName;
 use crate::fit::problem::metric::Metric;
 use crate::geometry::Azimuths;
@@ -119,6 +120,13 @@ pub enum Warning {
     LossDiscards {
         /// Full names.
         parameters: Vec<String>,
+    },
+    /// The model is farther from the data than their noise explains.
+    Misfit(Misfit),
+    /// The reduced chi-square is far from 1, so that the given standard deviations do not suit the residuals.
+    ChiSquare {
+        /// Its value.
+        reduced: f64,
     },
     /// Two starts that ended equally well with different shapes.
     TiedStarts {
@@ -278,6 +286,8 @@ impl Warning {
             Self::NotResampled | Self::ResamplingCutShort { .. } => WarningKind::Resampling,
             Self::TargetMissed { .. } => WarningKind::TargetMissed,
             Self::DefaultUsed { .. } => WarningKind::DefaultUsed,
+            Self::Misfit(_) => WarningKind::Misfit,
+            Self::ChiSquare { .. } => WarningKind::ChiSquare,
         }
     }
 
@@ -304,6 +314,8 @@ impl Warning {
             | Self::Data(_)
             | Self::Saturated { .. }
             | Self::GainsEnergy { .. }
+            | Self::Misfit(_)
+            | Self::ChiSquare { .. }
             | Self::NotResampled
             | Self::ResamplingCutShort { .. }
             | Self::TargetMissed { .. } => None,
@@ -343,7 +355,9 @@ impl Warning {
             Self::NotUsable(Unusable::Timeout) | Self::ResamplingCutShort { .. } => {
                 vec![suggestion(OptionName::Timeout, String::new())]
             }
+            Self::ChiSquare { .. } => vec![suggestion(OptionName::SigmaScale, "auto".to_owned())],
             Self::AtBound { .. }
+            | Self::Misfit(_)
             | Self::GainsEnergy { .. }
             | Self::NotUsable(_)
             | Self::Data(_)
@@ -379,6 +393,31 @@ impl fmt::Display for Warning {
                 "the fitted model reflects {albedo:.4} of the light that arrives at {theta_i_deg:.0} degrees in channel \
                  {channel}: check the scale of the measurement, or bound the strengths"
             ),
+            Self::Misfit(misfit) => {
+                let what = match (misfit.ratio, misfit.source) {
+                    (Some(ratio), Some(source)) => {
+                        format!(
+                            "the model is {ratio:.1} times farther from the data than their noise ({source})"
+                        )
+                    }
+                    _ => format!(
+                        "the model is {:.1} % away from the data, and no noise is visible beside that",
+                        100.0 * misfit.relative
+                    ),
+                };
+                let worst = misfit.worst.map_or_else(String::new, |worst| format!("; worst at {worst}"));
+                write!(f, "{what}{worst}: compare other models, or add a lobe")
+            }
+            Self::ChiSquare { reduced } => {
+                let what = if *reduced > 1.0 {
+                    "the residuals are larger than the given standard deviations explain, so that the errors of the parameters are \
+                     too small: compare other models, check the standard deviations, or scale them"
+                } else {
+                    "the residuals are smaller than the given standard deviations say, so that the errors of the parameters are too \
+                     large: check the standard deviations, or scale them"
+                };
+                write!(f, "reduced chi-square {reduced:.3}: {what}")
+            }
             Self::RestsOnBound { parameters } => write!(
                 f,
                 "no standard error for {}, which {} on a parameter that is at its bound: use the products under \
@@ -556,6 +595,7 @@ fn this_and(parameters: &[String]) -> String {
 #[expect(missing_docs, reason = "docs/use/report.md has what each means and what to do")]
 pub enum WarningKind {
     AtBound,
+    ChiSquare,
     Correlated,
     DeadChannel,
     DefaultUsed,
@@ -565,6 +605,7 @@ pub enum WarningKind {
     Isotropic,
     LobeAbsent,
     LossDiscards,
+    Misfit,
     NotIdentifiable,
     NotUsable,
     Resampling,
@@ -582,6 +623,7 @@ impl WarningKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::AtBound => "at-bound",
+            Self::ChiSquare => "chi-square",
             Self::Correlated => "correlated",
             Self::DeadChannel => "dead-channel",
             Self::DefaultUsed => "default-used",
@@ -591,6 +633,7 @@ impl WarningKind {
             Self::Isotropic => "isotropic",
             Self::LobeAbsent => "lobe-absent",
             Self::LossDiscards => "loss-discards",
+            Self::Misfit => "misfit",
             Self::NotIdentifiable => "not-identifiable",
             Self::NotUsable => "not-usable",
             Self::Resampling => "resampling",

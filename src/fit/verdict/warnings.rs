@@ -1,5 +1,6 @@
 //! Finds what a user should know before relying on a fit. Each warning says what to do next.
 
+use super::misfit::Misfit;
 use super::result::Fit;
 use super::warning::{AtBound, NotSeparated, Saturated, Side, Warning};
 use crate::fit::search::scan::Profile;
@@ -36,6 +37,10 @@ const FLAT_RATIO: f64 = 2.0;
 /// The same limit as a fraction of the range, for shapes that are not fitted by their logarithm.
 const FLAT_SHARE: f64 = 0.3;
 
+/// The reduced chi-square has the standard deviation sqrt(2/dof) by chance; it is worth a warning beyond this many of them.
+const CHI2_BY_CHANCE: f64 = 5.0;
+/// And only if it is larger or smaller than 1 by this factor.
+const CHI2_RATIO: f64 = 1.5;
 /// By how much a strength or an albedo must exceed 1 to be worth a warning.
 const ABOVE_ONE: f64 = 1e-3;
 /// Angles of incidence at which the albedo of the fitted model is computed, degrees. Towards 90 the data say little.
@@ -94,6 +99,24 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
     };
     let mut warnings: Vec<Warning> = groups.into_iter().map(warning).collect();
     warnings.extend(dependent(fit));
+    warnings
+}
+
+/// Warns of a model that does not fit, and of standard deviations that do not suit the residuals.
+pub(super) fn misfit(fit: &Fit) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if let Some(misfit) = fit.misfit.filter(Misfit::is_significant) {
+        warnings.push(Warning::Misfit(misfit));
+    }
+    let freedom = u64::try_from(fit.dof).ok().filter(|dof| *dof > 0);
+    if let (Some(reduced), Some(freedom)) = (fit.reduced_chi2, freedom) {
+        let freedom = count(usize::try_from(freedom).unwrap_or(usize::MAX));
+        let by_chance = CHI2_BY_CHANCE * (2.0 / freedom).sqrt();
+        let far = !(1.0 / CHI2_RATIO..=CHI2_RATIO).contains(&reduced);
+        if far && (reduced - 1.0).abs() > by_chance {
+            warnings.push(Warning::ChiSquare { reduced });
+        }
+    }
     warnings
 }
 

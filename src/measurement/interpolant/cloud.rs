@@ -244,7 +244,7 @@ fn tree(pairs: &[Pair], symmetry: Symmetry) -> Tree {
 }
 
 /// The coordinates of a pair.
-fn place(pair: &Pair, symmetry: Symmetry) -> Point {
+pub(super) fn place(pair: &Pair, symmetry: Symmetry) -> Point {
     let q = HalfDifference::of(pair);
     let u = (q.theta_h / FRAC_PI_2).sqrt();
     if symmetry.isotropic {

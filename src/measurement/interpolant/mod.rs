@@ -13,10 +13,12 @@ mod cells;
 mod cloud;
 mod half_difference;
 mod left_out;
+mod neighbours;
 mod tree;
 
 pub use cloud::Symmetry;
 pub use left_out::{LeaveOut, LeftOut};
+pub(crate) use neighbours::{Neighbours, Twins};
 
 use super::Measurement;
 use crate::geometry::{Directions, Pair};
