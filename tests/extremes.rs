@@ -180,8 +180,12 @@ fn too_few_samples() {
     let one = |model| synthetic(model, &["f"], &[], scattered(1));
     let result = fitted(&one("lambert"), ONE_LOBE, &Options::default());
     assert!(matches!(result.unusable, Some(Unusable::TooFewValues { .. })), "{:?}", result.unusable);
-    let result = usable(&one("lambert"), "lambert", &Options::default());
+    // One value and one parameter leave no degree of freedom: the model fits whatever the value is.
+    let result = fitted(&one("lambert"), "lambert", &Options::default());
+    assert!(matches!(result.unusable, Some(Unusable::TooFewValues { free: 1 })), "{:?}", result.unusable);
     assert!((value(&result, "lambert.kd") - 0.2).abs() < 1e-12);
+    let two = synthetic("lambert", &["f"], &[], scattered(2));
+    usable(&two, "lambert", &Options::default());
     let none = Measurement::new(scattered(0), [("f", Vec::new())]).unwrap();
     assert!(matches!(attempt(&none, ONE_LOBE, &Options::default()), Err(Error::NoSamples { .. })));
 }

@@ -242,7 +242,7 @@ fn unusable_fits_are_still_reported() {
     // The same in a file and as a table.
     let run = folder.brdfit("fit few.csv -m 'lambert + cook-torrance' -o r.json");
     assert_eq!(run.code, Some(1));
-    assert!(run.stderr.contains("fewer values") && run.stdout.contains("NOT USABLE"), "{run:?}");
+    assert!(run.stderr.contains("no more values") && run.stdout.contains("NOT USABLE"), "{run:?}");
     assert_eq!(parse(&folder.read("r.json"))["termination"]["usable"], false);
 
     let run = folder.brdfit("fit a.csv -m 'lambert + cook-torrance' --timeout 1e-9 --json");

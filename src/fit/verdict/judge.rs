@@ -222,7 +222,8 @@ fn unusable(solution: &Solution, counts: &Counts, errors: &ErrorTable) -> Option
     if !finite || !solution.cost.is_finite() {
         return Some(Unusable::NotFinite);
     }
-    if counts.dof < 0 {
+    // As many parameters as values fit anything, and say nothing about noise.
+    if counts.dof <= 0 {
         return Some(Unusable::TooFewValues { free: counts.free });
     }
     match solution.termination {

@@ -188,7 +188,7 @@ pub enum Warning {
 pub enum Unusable {
     /// The model is infinite or NaN at some samples.
     NotFinite,
-    /// There are fewer values than free parameters.
+    /// There are no more values than free parameters.
     TooFewValues {
         /// Number of free parameters.
         free: usize,
@@ -542,7 +542,7 @@ impl fmt::Display for Unusable {
         match self {
             Self::NotFinite => f.write_str("the model is infinite or NaN at some samples"),
             Self::TooFewValues { free } => {
-                write!(f, "fewer values than the {free} free parameters: measure more directions, or fix some parameters")
+                write!(f, "no more values than the {free} free parameters: measure more directions, or fix some parameters")
             }
             Self::IterationLimit => f.write_str(
                 "the iteration limit was reached before a minimum: start closer to it, or fit fewer parameters",
