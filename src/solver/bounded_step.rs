@@ -18,6 +18,17 @@ struct BoundedModel<'m> {
     room: &'m [(f64, f64)],
 }
 
+/// The point within the bounds that is closest to `x`.
+pub(crate) fn within(mut x: DVector<f64>, bounds: &[(f64, f64)]) -> DVector<f64> {
+    x.iter_mut().zip(bounds).for_each(|(value, (low, high))| *value = value.clamp(*low, *high));
+    x
+}
+
+/// The distances that each parameter may move from `x` within the bounds, down and up.
+pub(crate) fn room(x: &DVector<f64>, bounds: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    bounds.iter().zip(x.iter()).map(|((low, high), x)| (low - x, high - x)).collect()
+}
+
 /// The p within `room` that minimises |J p + r|^2 + lambda |D p|^2, where D is `scale`.
 pub(crate) fn bounded_step(
     model: &Linearisation,

@@ -15,7 +15,7 @@
 //! The gradient is not flat. So once the search has ended, undamped steps continue as long as each is shorter than the
 //! last, however the cost changes within its rounding error.
 
-use super::bounded_step::bounded_step;
+use super::bounded_step::{bounded_step, room, within};
 use super::extrapolation::Extrapolation;
 use super::least_squares::{LeastSquares, Linearisation};
 use super::termination::{Limits, Observer, Solution, Termination, Tolerances};
@@ -186,19 +186,6 @@ impl LevenbergMarquardt {
         self.scale.map(|s| if s > 0.0 { s } else { 1.0 })
     }
 
-    /// The point within the bounds that is closest to `x`.
-    fn within_bounds(&self, mut x: DVector<f64>) -> DVector<f64> {
-        for (value, &(lower, upper)) in x.iter_mut().zip(&self.bounds) {
-            *value = value.clamp(lower, upper);
-        }
-        x
-    }
-
-    /// The distances that each parameter may move from `x`, down and up.
-    fn room(&self, x: &DVector<f64>) -> Vec<(f64, f64)> {
-        self.bounds.iter().zip(x.iter()).map(|(&(lower, upper), x)| (lower - x, upper - x)).collect()
-    }
-
     /// Tries one step of the search from `x`. Returns the next point; `None` if the search stays where it is, or ends.
     fn step(
         &mut self,
@@ -230,7 +217,7 @@ impl LevenbergMarquardt {
 
         // Evaluate the true cost at the end of the step, and decide whether the step ends the search, whether it is
         // taken or not.
-        let trial = self.within_bounds(x + &proposal.step);
+        let trial = within(x + &proposal.step, &self.bounds);
         let next = evaluate(&trial)?;
         let gain = model.cost - next.cost;
         let along = AlongStep::new(model, &proposal.step, gain);
@@ -244,7 +231,7 @@ impl LevenbergMarquardt {
 
         // A step that gains far more than predicted is too short.
         if ratio > FAR_BETTER && self.termination.is_none() {
-            let far = self.within_bounds(x + &proposal.step * along.multiple_to_minimum());
+            let far = within(x + &proposal.step * along.multiple_to_minimum(), &self.bounds);
             let reached = evaluate(&far)?;
             if reached.is_finite() && reached.cost < next.cost {
                 return Ok(Some((far, reached)));
@@ -265,7 +252,7 @@ impl LevenbergMarquardt {
         let near = size > 0.0 && residual < FAR * size;
         let radius = self.radius.unwrap_or(if near { size } else { residual });
 
-        let room = self.room(x);
+        let room = room(x, &self.bounds);
         let undamped = bounded_step(model, &scale, 0.0, &room);
         let promise = model.decrease(&undamped);
         let step = self.step_within(radius, undamped, model, &scale, &room);
@@ -293,7 +280,7 @@ impl LevenbergMarquardt {
             && !proposal.promises_little
             && proposal.promise < LARGE_RESIDUAL_PROMISE * model.cost
             && step.component_mul(&proposal.scale).norm() <= proposal.radius;
-        worth_trying.then(|| self.within_bounds(x + step))
+        worth_trying.then(|| within(x + step, &self.bounds))
     }
 
     /// Why a step ends the search, whether it is taken or not; `None` if it does not.
@@ -419,7 +406,7 @@ impl LevenbergMarquardt {
         // D is for damping, which these steps do not have, and it may contain the lengths of columns that were once
         // much longer.
         let scale = model.column_lengths(x.len()).map(|s| if s > 0.0 { s } else { 1.0 });
-        let step = bounded_step(model, &scale, 0.0, &self.room(x));
+        let step = bounded_step(model, &scale, 0.0, &room(x, &self.bounds));
         let length = step.component_mul(&scale).norm();
         let worthwhile = length > self.tolerances.step * x.component_mul(&scale).norm();
         let far = self.extrapolation(x, &step, &scale);
@@ -443,7 +430,7 @@ impl LevenbergMarquardt {
         mut evaluate: impl FnMut(&DVector<f64>) -> Result<Linearisation, argmin::core::Error>,
     ) -> Result<Option<Point>, argmin::core::Error> {
         let far = refinement.far.take();
-        let trial = self.within_bounds(x + far.as_ref().unwrap_or(&refinement.step));
+        let trial = within(x + far.as_ref().unwrap_or(&refinement.step), &self.bounds);
         let next = evaluate(&trial)?;
         let (open, length) = (refinement.open, refinement.length);
         // If the end of the sequence is no improvement, the plain step may be.
@@ -478,7 +465,7 @@ impl LevenbergMarquardt {
         if !(next.is_finite() && lost_in_rounding(next.cost - cost, cost)) {
             return None;
         }
-        let step = bounded_step(&next, &scale, 0.0, &self.room(&trial));
+        let step = bounded_step(&next, &scale, 0.0, &room(&trial, &self.bounds));
         let shorter = step.component_mul(&scale).norm();
         if shorter.is_nan() || shorter >= length {
             return None;
@@ -540,10 +527,8 @@ impl<P: LeastSquares> Solver<&P, LmState> for LevenbergMarquardt {
         problem: &mut Problem<&P>,
         mut state: LmState,
     ) -> Result<(LmState, Option<KV>), argmin::core::Error> {
-        let mut x = state.take_param().unwrap_or_else(|| DVector::zeros(self.bounds.len()));
-        for (value, &(lower, upper)) in x.iter_mut().zip(&self.bounds) {
-            *value = value.clamp(lower, upper);
-        }
+        let x = state.take_param().unwrap_or_else(|| DVector::zeros(self.bounds.len()));
+        let x = within(x, &self.bounds);
         let model = problem.problem(EVALUATIONS, |p| Ok(p.linearise(&x)))?;
         if !model.cost.is_finite() {
             self.termination = Some(Termination::Invalid);

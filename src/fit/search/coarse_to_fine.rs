@@ -13,7 +13,7 @@
 use crate::error::Error;
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::fit::task::Task;
-use crate::solver::bounded_step::bounded_step;
+use crate::solver::bounded_step::{bounded_step, room, within};
 use crate::solver::corrected::Corrected;
 use crate::solver::extrapolation::Extrapolation;
 use crate::solver::in_parts::InParts;
@@ -95,17 +95,8 @@ impl Task<'_> {
     }
 }
 
-/// The point within the bounds that is closest to `x`.
-fn within(mut x: DVector<f64>, bounds: &[(f64, f64)]) -> DVector<f64> {
-    x.iter_mut().zip(bounds).for_each(|(value, (low, high))| *value = value.clamp(*low, *high));
-    x
-}
-
 /// The decrease that the linear model predicts, relative to the cost.
 fn promise_of(model: &Linearisation, x: &DVector<f64>, problem: &impl LeastSquares) -> f64 {
     let scale = model.column_lengths(x.len()).map(|s| if s > 0.0 { s } else { 1.0 });
-    let bounds = problem.bounds();
-    let room: Vec<(f64, f64)> =
-        bounds.iter().zip(x.iter()).map(|((low, high), x)| (low - x, high - x)).collect();
-    model.decrease(&bounded_step(model, &scale, 0.0, &room)) / model.cost
+    model.decrease(&bounded_step(model, &scale, 0.0, &room(x, &problem.bounds()))) / model.cost
 }

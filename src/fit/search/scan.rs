@@ -222,11 +222,10 @@ impl Scanner<'_> {
         let candidates = if on_a_line {
             self.solve_the_promising(places)?
         } else {
-            if axes.len() == LATTICE_AXES && table.has_free_products() {
-                self.solve_rows(&points, places)?
-            } else {
-                let iterations = if table.has_free_products() { ITERATIONS_TO_A_VALLEY } else { ITERATIONS };
-                self.solve_all(&self.samples.some, places, iterations)?
+            match (table.has_free_products(), axes.len()) {
+                (true, LATTICE_AXES) => self.solve_rows(&points, places)?,
+                (true, _) => self.solve_all(&self.samples.some, places, ITERATIONS_TO_A_VALLEY)?,
+                (false, _) => self.solve_all(&self.samples.some, places, ITERATIONS)?,
             }
         };
         let wanted = if axes.len() < 2 { STARTS_ON_A_LINE } else { STARTS_IN_SPACE };
