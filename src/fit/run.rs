@@ -160,18 +160,13 @@ fn move_to(solution: &mut Solution, problem: &ReflectanceProblem<'_>, table: &Pa
     solution.cost = solution.linearisation.cost;
 }
 
-/// The names of the channels of a measurement.
-fn channel_names(measurement: &Measurement) -> Vec<String> {
-    measurement.channels.iter().map(|channel| channel.name.clone()).collect()
-}
-
 /// The expression with the constraints of `options` written inside it, and the options with those that remain.
 fn constrained(
     measurement: &Measurement,
     expression: &Expression,
     options: &Options,
 ) -> Result<(Expression, Options), Error> {
-    let (expression, settings) = written_inside(expression, &options.settings, &channel_names(measurement))?;
+    let (expression, settings) = written_inside(expression, &options.settings, &measurement.channel_names())?;
     Ok((expression, options.clone().with_settings(settings)))
 }
 
@@ -183,7 +178,7 @@ fn prepare(
 ) -> Result<(Samples, ParameterTable), Error> {
     options.check()?;
     let samples = Samples::select(measurement, &options.filters)?;
-    let names = channel_names(measurement);
+    let names = measurement.channel_names();
     let table = ParameterTable::new(expression, &names, samples.directions.azimuths(), &options.settings)?;
     Ok((samples, table))
 }

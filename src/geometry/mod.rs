@@ -131,6 +131,20 @@ impl<R: Real> Geometry<R> {
     }
 }
 
+impl Geometry<f64> {
+    /// The angle of incidence in degrees, accurate near the normal.
+    #[must_use]
+    pub(crate) fn theta_i_deg(&self) -> f64 {
+        self.sin2_i().sqrt().atan2(self.cos_i()).to_degrees()
+    }
+
+    /// The half vector's polar angle in degrees, accurate near the normal.
+    #[must_use]
+    pub(crate) fn theta_h_deg(&self) -> f64 {
+        self.sin2_h().sqrt().atan2(self.cos_h()).to_degrees()
+    }
+}
+
 #[inline(always)]
 fn sin2<R: Real>(v: [R; 3]) -> R {
     let [x, y, _] = v;

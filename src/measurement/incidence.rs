@@ -5,6 +5,7 @@
 //! information. Whole angles are the parts of a measurement that come closest to being independent.
 
 use super::Samples;
+use crate::geometry::Geometry;
 use crate::math::count;
 
 /// Samples grouped by angle of incidence, or by narrow ranges of it.
@@ -64,7 +65,7 @@ impl Samples {
     /// otherwise ranges of 5 degrees, each including its upper end.
     #[must_use]
     pub fn incidence_groups(&self) -> IncidenceGroups {
-        let theta_i = self.directions.each(|g| g.sin2_i().sqrt().atan2(g.cos_i()).to_degrees());
+        let theta_i = self.directions.each(Geometry::theta_i_deg);
         angles(&theta_i).unwrap_or_else(|| ranges(&theta_i))
     }
 }

@@ -133,6 +133,12 @@ pub struct Measurement {
 }
 
 impl Measurement {
+    /// The names of the channels.
+    #[must_use]
+    pub fn channel_names(&self) -> Vec<String> {
+        self.channels.iter().map(|channel| channel.name.clone()).collect()
+    }
+
     /// The number of samples in the file, usable or not.
     #[must_use]
     pub fn total(&self) -> usize {

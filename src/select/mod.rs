@@ -247,7 +247,7 @@ pub fn select(
         data: Data {
             path: measurement.source.path.display().to_string(),
             sha256: measurement.source.sha256.clone(),
-            channels: measurement.channels.iter().map(|channel| channel.name.clone()).collect(),
+            channels: measurement.channel_names(),
             colour: colour.route,
             left_out: interpolant.leave_out_error(LeftOut::Light),
         },

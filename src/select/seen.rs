@@ -62,8 +62,7 @@ fn of(pair: &Pair) -> Geometry<f64> {
 
 /// The cell of a pair: its row (theta_h) and column (theta_d).
 fn cell(g: &Geometry<f64>) -> (usize, usize) {
-    let theta_h = g.sin2_h().sqrt().atan2(g.h[2]).to_degrees();
     let theta_d = g.cos_d.clamp(-1.0, 1.0).acos().to_degrees();
     let index = |degrees: f64| (degrees / CELL_DEG).whole().min(CELLS - 1);
-    (index(theta_h), index(theta_d))
+    (index(g.theta_h_deg()), index(theta_d))
 }

@@ -259,7 +259,7 @@ pub fn compare(
             path: measurement.source.path.display().to_string(),
             format: measurement.source.format,
             sha256: measurement.source.sha256.clone(),
-            channels: measurement.channels.iter().map(|channel| channel.name.clone()).collect(),
+            channels: measurement.channel_names(),
             used: work.samples.len(),
         },
         metric: options.metric,

@@ -87,7 +87,7 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         negative: coverage.negative.get(index).copied().unwrap_or(0),
         albedo: coverage.albedo.as_ref().and_then(|a| a.get(index).copied()),
     });
-    let names: Vec<String> = measurement.channels.iter().map(|channel| channel.name.clone()).collect();
+    let names = measurement.channel_names();
     let dead = dead_channel_doubts(&names, &measurement.values, &dead_channels(&measurement.values));
     InfoRecord {
         schema: "brdfit.info/1",

@@ -202,7 +202,9 @@ impl Task<'_> {
         }
 
         // Exchanged pairs are compared relative to their values, which the two cosines weigh differently.
-        let in_values = self.residuals_in_values(&chosen, table);
+        let of_exchanged = neighbours.exchanged.len();
+        let in_values =
+            if of_exchanged < LEAST_PAIRS { None } else { self.residuals_in_values(&chosen, table) };
         let exchanged = in_values.and_then(|residuals| residuals.ratio(&neighbours.exchanged));
         let near = residuals.squares(&neighbours.near).filter(|_| neighbours.near.len() >= LEAST_PAIRS);
         let far = residuals.squares(&neighbours.far);
@@ -210,7 +212,6 @@ impl Task<'_> {
         let by_neighbours = near.zip(far).and_then(|((own, near), (_, far))| {
             (near > 0.0 && far <= visible * near).then(|| (own / near).sqrt())
         });
-        let of_exchanged = neighbours.exchanged.len();
         match (by_neighbours, exchanged) {
             // What is not reciprocal differs by more than noise.
             (_, Some(exchanged)) if exchanged > by_neighbours.unwrap_or_else(|| limit(of_exchanged)) => {
@@ -233,10 +234,12 @@ impl Task<'_> {
     /// The residuals in units of the measured values; `None` if a value is 0 or below.
     fn residuals_in_values(&self, chosen: &[usize], table: &ParameterTable) -> Option<Residuals> {
         let some = self.samples.at(chosen);
-        let positive = some.values.iter().flatten().all(|value| *value > 0.0);
+        if some.values.iter().flatten().any(|value| *value <= 0.0) {
+            return None;
+        }
         let sigma = Some(some.values.clone());
         let relative = Samples { sigma, weighting: Weighting::Sigma, weights: vec![1.0; some.len()], ..some };
-        positive.then(|| Residuals::new(self, relative, chosen.to_vec(), table))
+        Some(Residuals::new(self, relative, chosen.to_vec(), table))
     }
 }
 
@@ -247,10 +250,9 @@ fn worst(samples: &Samples, residuals: &Residuals) -> Option<Worst> {
     let mut sums = [[(0.0, 0_usize); 2]; RANGES];
     let directions = samples.directions.select(&residuals.samples);
     for (place, g) in directions.iter().enumerate() {
-        let theta_i = g.sin2_i().sqrt().atan2(g.cos_i()).to_degrees();
-        let theta_h = g.sin2_h().sqrt().atan2(g.h[2]).to_degrees();
+        let theta_i = g.theta_i_deg();
         let range = (0..RANGES - 1).filter(|range| theta_i > RANGE_DEG * count(range + 1)).count();
-        let near = usize::from(theta_h < NEAR_MIRROR_DEG);
+        let near = usize::from(g.theta_h_deg() < NEAR_MIRROR_DEG);
         let square: f64 = residuals.rows.iter().map(|row| row[place] * row[place]).sum();
         let sum = &mut sums[range][near];
         (sum.0, sum.1) = (sum.0 + residuals.weights[place] * square, sum.1 + 1);

@@ -108,9 +108,7 @@ pub(super) fn misfit(fit: &Fit) -> Vec<Warning> {
     if let Some(misfit) = fit.misfit.filter(Misfit::is_significant) {
         warnings.push(Warning::Misfit(misfit));
     }
-    let freedom = u64::try_from(fit.dof).ok().filter(|dof| *dof > 0);
-    if let (Some(reduced), Some(freedom)) = (fit.reduced_chi2, freedom) {
-        let freedom = count(usize::try_from(freedom).unwrap_or(usize::MAX));
+    if let (Some(reduced), Some(freedom)) = (fit.reduced_chi2, freedom(fit)) {
         let by_chance = CHI2_BY_CHANCE * (2.0 / freedom).sqrt();
         let far = !(1.0 / CHI2_RATIO..=CHI2_RATIO).contains(&reduced);
         if far && (reduced - 1.0).abs() > by_chance {
@@ -118,6 +116,11 @@ pub(super) fn misfit(fit: &Fit) -> Vec<Warning> {
         }
     }
     warnings
+}
+
+/// The degrees of freedom; `None` if there are none.
+fn freedom(fit: &Fit) -> Option<f64> {
+    usize::try_from(fit.dof).ok().filter(|dof| *dof > 0).map(count)
 }
 
 /// Warns of lobes that are absent, and of lobes that reflect more than their facets receive.
@@ -307,8 +310,7 @@ fn correlated(fit: &Fit) -> Vec<Warning> {
 
 /// Warns of shapes on which the error hardly depends.
 fn flat(fit: &Fit, profiles: &[Profile]) -> Vec<Warning> {
-    let Some(freedom) = u64::try_from(fit.dof).ok().filter(|dof| *dof > 0) else { return Vec::new() };
-    let freedom = count(usize::try_from(freedom).unwrap_or(usize::MAX));
+    let Some(freedom) = freedom(fit) else { return Vec::new() };
     let threshold = (CHI2_95 / freedom).exp_m1().max(COST_RESOLUTION);
     let mut warnings = Vec::new();
     for profile in profiles {

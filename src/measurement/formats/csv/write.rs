@@ -38,7 +38,7 @@ pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, E
 /// The header with the names of the columns, quoted if necessary.
 fn header(measurement: &Measurement) -> String {
     let mut columns: Vec<String> = ANGLES.map(str::to_owned).into();
-    columns.extend(measurement.channels.iter().map(|channel| channel.name.clone()));
+    columns.extend(measurement.channel_names());
     match (measurement.sigma.is_some(), measurement.channels.as_slice()) {
         (false, _) => {}
         (true, [_]) => columns.push("sigma".to_owned()),
