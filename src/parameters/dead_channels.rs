@@ -9,16 +9,17 @@ impl ParameterTable {
     /// one of another channel is tied to stays.
     pub(crate) fn set_apart(&mut self, dead: &[bool]) {
         assert_eq!(dead.len(), self.channels.len(), "a flag per channel");
-        let is_dead = |channel: Option<usize>| channel.is_some_and(|channel| dead[channel]);
-        for index in 0..self.rows.len() {
-            let follows = |status| status == Status::Tied(index);
-            let is_followed = self.rows.iter().any(|row| follows(row.status) && !is_dead(row.channel));
+        self.dead = dead.to_vec();
+        for index in (0..self.rows.len()).filter(|index| self.is_of_dead_channel(*index)).collect::<Vec<_>>()
+        {
+            let follows = |other: &usize| self.rows[*other].status == Status::Tied(index);
+            let is_followed =
+                (0..self.rows.len()).filter(follows).any(|other| !self.is_of_dead_channel(other));
             let row = &mut self.rows[index];
-            if row.status == Status::Free && is_dead(row.channel) && !is_followed {
+            if row.status == Status::Free && !is_followed {
                 row.status = if row.spec.role == Role::Amplitude { Status::Apart } else { Status::Fixed };
             }
         }
-        self.dead = dead.to_vec();
         self.list_free();
     }
 

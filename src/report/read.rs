@@ -33,24 +33,18 @@ struct Kept {
 }
 
 impl Recorded {
-    /// The same model with other values and bounds of some parameters.
+    /// The same model with other values and bounds of some parameters, by settings of the kinds `Set` and `Bounds`.
     ///
     /// # Errors
     /// Those of [`ParameterTable::new`], such as [`Error::Invalid`] for a value outside its bounds.
     pub fn with(self, settings: &Settings) -> Result<Self, Error> {
-        let own = self.constraints(|index| {
-            let named = |wanted: fn(&Setting) -> bool| -> Result<bool, Error> {
-                for (selector, _) in settings.iter().filter(|(_, setting)| wanted(setting)) {
-                    if self.table.rows_named(selector)?.iter().any(|(row, _)| *row == index) {
-                        return Ok(true);
-                    }
-                }
-                Ok(false)
-            };
-            let bounded = named(|setting| matches!(setting, Setting::Bounds(..)))?;
-            let set = named(|setting| matches!(setting, Setting::Set(_)))?;
-            Ok(Kept { bounds: !bounded, value: !set })
-        })?;
+        let (mut bounded, mut set) = (Vec::new(), Vec::new());
+        for (selector, setting) in settings {
+            let changed = if matches!(setting, Setting::Bounds(..)) { &mut bounded } else { &mut set };
+            changed.extend(self.table.rows_named(selector)?.into_iter().map(|(row, _)| row));
+        }
+        let own =
+            self.constraints(|row| Kept { bounds: !bounded.contains(&row), value: !set.contains(&row) })?;
         let all = [own, settings.clone()].concat();
         let table = ParameterTable::new(&self.expression, self.table.channels(), Azimuths::Several, &all)?;
         Ok(Self { table, ..self })
@@ -71,16 +65,16 @@ impl Recorded {
             let own = row.and_then(|row| self.table.channel_name(row));
             let here = own.is_none_or(|own| channels.iter().any(|channel| channel == own));
             let default = plain.rows().get(index).map(|row| row.bounds);
-            Ok(Kept { bounds: here && row.map(|row| row.bounds) != default, value: here })
+            Kept { bounds: here && row.map(|row| row.bounds) != default, value: here }
         })
     }
 
     /// The constraints that give the model what is kept of its bounds and values, by row.
-    fn constraints(&self, kept: impl Fn(usize) -> Result<Kept, Error>) -> Result<Settings, Error> {
+    fn constraints(&self, kept: impl Fn(usize) -> Kept) -> Result<Settings, Error> {
         let mut settings = self.sharing.clone();
         for (index, row) in self.table.rows().iter().enumerate() {
             let selector = Selector::parse(&self.table.name(index))?;
-            let Kept { bounds, value } = kept(index)?;
+            let Kept { bounds, value } = kept(index);
             if bounds {
                 settings.push((selector.clone(), Setting::Bounds(row.bounds.0, row.bounds.1)));
             }

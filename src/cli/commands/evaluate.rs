@@ -101,12 +101,11 @@ fn values_at(arguments: &Arguments, inputs: Inputs, at: &Path) -> Result<Outcome
     let output = arguments.report.file().map(Output::open).transpose()?;
     let pairs = read_directions(at, &ReadOptions::new().with_merl_bins(arguments.read.merl_bins()))?;
     let directions = Directions::Scattered(pairs);
-    let none = Noise { relative: 0.0, absolute: 0.0 };
     let comments = [
         format!("brdfit evaluate {}", expression.canonical()),
         "angles in degrees, values in 1/sr".to_owned(),
     ];
-    let text = csv::write(&measurement(&expression, &table, directions, none, 0), &comments)?;
+    let text = csv::write(&measurement(&expression, &table, directions, Noise::default(), 0), &comments)?;
     match output {
         None => say(&text)?,
         Some(output) => output.commit(text.as_bytes())?,
@@ -117,9 +116,12 @@ fn values_at(arguments: &Arguments, inputs: Inputs, at: &Path) -> Result<Outcome
 /// Reports the errors of the model on a measurement.
 fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
     let Inputs { recorded, measurement } = inputs;
+    let expression = match &recorded {
+        Some((_, recorded)) => recorded.expression.clone(),
+        None => arguments.model.expression()?,
+    };
     // A report without a measurement is evaluated on its own, whose file must not have changed.
     let is_own = measurement.is_none();
-    let expression = arguments.model.expression()?;
     let input = match (measurement, &recorded) {
         (Some(input), _) => input,
         (None, Some((_, recorded))) => PathBuf::from(&recorded.report.data.path),
@@ -127,7 +129,8 @@ fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
     };
     let files: Vec<PathBuf> = recorded.iter().map(|(path, _)| path.clone()).chain([input.clone()]).collect();
     arguments.report.check_inputs(&files)?;
-    let recorded = recorded.map(|(path, recorded)| Ok((path, recorded.with(&arguments.model.settings()?)?)));
+    let set = arguments.model.settings()?;
+    let recorded = recorded.map(|(path, recorded)| Ok((path, recorded.with(&set)?)));
     let recorded: Option<(PathBuf, Recorded)> = recorded.transpose()?;
     let reported = recorded.as_ref().map(|(_, recorded)| &recorded.report);
     let read = arguments.read.or_as_in(reported);
@@ -140,14 +143,11 @@ fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
         _ => read.read(&input)?,
     };
     let reading = started.elapsed().as_secs_f64();
-    let (expression, options) = match (&recorded, expression) {
-        (Some((_, recorded)), _) => {
-            let channels: Vec<String> = measurement.channels.iter().map(|c| c.name.clone()).collect();
-            (recorded.expression.clone(), options.with_settings(recorded.settings(&channels)?))
-        }
-        (None, Some(expression)) => (expression, options.with_settings(arguments.model.settings()?)),
-        (None, None) => return Err(Error::invalid("model", "a report, or -m EXPR", "neither")),
+    let settings = match &recorded {
+        Some((_, recorded)) => recorded.settings(&measurement.channel_names())?,
+        None => set,
     };
+    let options = options.with_settings(settings);
     let result = evaluate(&measurement, &expression, &options)?;
     let total = started.elapsed().as_secs_f64();
     let circumstances = Circumstances {

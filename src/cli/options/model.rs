@@ -31,9 +31,10 @@ impl ModelArguments {
         self.model.is_some()
     }
 
-    /// The model that `-m` names; `None` without `-m`.
-    pub fn expression(&self) -> Result<Option<Expression>, Error> {
-        self.model.as_deref().map(Expression::parse).transpose()
+    /// The model that `-m` names.
+    pub fn expression(&self) -> Result<Expression, Error> {
+        let none = || Error::invalid("model", "a report, or -m EXPR", "neither");
+        Expression::parse(self.model.as_deref().ok_or_else(none)?)
     }
 
     /// Fails if there are values of parameters, which belong to a model.
@@ -88,14 +89,10 @@ impl ModelArguments {
             }
             return Ok((recorded.expression, recorded.table));
         }
-        let expression = self.expression()?.ok_or_else(none)?;
+        let expression = self.expression()?;
         let channels = channels(&[expression.settings()?, settings.clone()].concat(), on_grid)?;
         let azimuths = if on_grid { Azimuths::Lost } else { Azimuths::Several };
         let table = ParameterTable::new(&expression, &channels, azimuths, &settings)?;
         Ok((expression, table))
     }
-}
-
-fn none() -> Error {
-    Error::invalid("model", "a report, or -m EXPR", "neither")
 }
