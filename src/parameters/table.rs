@@ -243,30 +243,42 @@ impl ParameterTable {
 
     /// Checks values against bounds and ties against each other, and lists the free rows.
     fn finish(&mut self) -> Result<(), Error> {
-        let bounds_of = |name| Subject::OptionOf(OptionName::Bounds, name);
-        for index in 0..self.rows.len() {
-            let name = self.name(index);
-            let row = &mut self.rows[index];
-            let (lower, upper) = row.bounds;
-            if lower.partial_cmp(&upper) != Some(std::cmp::Ordering::Less) {
-                let expected = "the lower bound below the upper";
-                return Err(Error::invalid(bounds_of(name), expected, format!("{lower}..{upper}")));
-            }
-            if row.spec.scale == Scale::Square && lower < 0.0 {
-                let expected = "a lower bound of at least 0";
-                return Err(Error::invalid(bounds_of(name), expected, lower.to_string()));
-            }
-            if row.spec.scale == Scale::Log && lower <= 0.0 {
-                return Err(Error::invalid(bounds_of(name), "a lower bound above 0", lower.to_string()));
-            }
-            if row.given && !(row.value >= lower && row.value <= upper) {
-                let expected = format!("a value within its bounds {lower}..{upper}");
-                return Err(Error::invalid(name, expected, row.value.to_string()));
-            }
-            row.value = row.value.clamp(lower, upper);
+        (0..self.rows.len()).try_for_each(|index| self.check_row(index))?;
+        self.resolve_ties()?;
+        self.narrow_tied()?;
+        for row in &mut self.rows {
+            row.value = row.value.clamp(row.bounds.0, row.bounds.1);
             row.initial = row.value;
         }
-        // A tie may lead to another tie, but a circle of ties has no end.
+        self.list_free();
+        self.follow();
+        Ok(())
+    }
+
+    /// Checks the bounds of a row, and the value that the user gave against them.
+    fn check_row(&self, index: usize) -> Result<(), Error> {
+        let row = &self.rows[index];
+        let (lower, upper) = row.bounds;
+        let bounds = || Subject::OptionOf(OptionName::Bounds, self.name(index));
+        if lower.partial_cmp(&upper) != Some(std::cmp::Ordering::Less) {
+            let expected = "the lower bound below the upper";
+            return Err(Error::invalid(bounds(), expected, format!("{lower}..{upper}")));
+        }
+        if row.spec.scale == Scale::Square && lower < 0.0 {
+            return Err(Error::invalid(bounds(), "a lower bound of at least 0", lower.to_string()));
+        }
+        if row.spec.scale == Scale::Log && lower <= 0.0 {
+            return Err(Error::invalid(bounds(), "a lower bound above 0", lower.to_string()));
+        }
+        if row.given && !(row.value >= lower && row.value <= upper) {
+            let expected = format!("a value within its bounds {lower}..{upper}");
+            return Err(Error::invalid(self.name(index), expected, row.value.to_string()));
+        }
+        Ok(())
+    }
+
+    /// Ties every row to the end of its chain of ties. A tie may lead to another tie, but a circle of ties has no end.
+    fn resolve_ties(&mut self) -> Result<(), Error> {
         for index in 0..self.rows.len() {
             let mut target = index;
             let mut steps = 0;
@@ -285,8 +297,32 @@ impl ParameterTable {
                 self.rows[index].status = Status::Tied(target);
             }
         }
-        self.list_free();
-        self.follow();
+        Ok(())
+    }
+
+    /// Parameters that are tied have one value, so that they share the range that the bounds of all of them leave.
+    fn narrow_tied(&mut self) -> Result<(), Error> {
+        for index in 0..self.rows.len() {
+            let Status::Tied(target) = self.rows[index].status else { continue };
+            let (followed, following) = (self.rows[target].bounds, self.rows[index].bounds);
+            let (lower, upper) = (followed.0.max(following.0), followed.1.min(following.1));
+            let tie =
+                || Subject::OptionOf(OptionName::Tie, format!("{}={}", self.name(index), self.name(target)));
+            if lower >= upper {
+                let found = format!("{}..{} and {}..{}", following.0, following.1, followed.0, followed.1);
+                return Err(Error::invalid(tie(), "bounds that overlap", found));
+            }
+            let source = &self.rows[target];
+            let stays = source.given || source.status == Status::Fixed;
+            if stays && !(source.value >= lower && source.value <= upper) {
+                let expected = format!("a value within the bounds of both, {lower}..{upper}");
+                return Err(Error::invalid(tie(), expected, source.value.to_string()));
+            }
+            self.rows[target].bounds = (lower, upper);
+        }
+        for index in 0..self.rows.len() {
+            self.rows[index].bounds = self.rows[self.source(index)].bounds;
+        }
         Ok(())
     }
 
@@ -627,6 +663,29 @@ mod tests {
         t.set_value(f0, 0.3);
         assert_eq!(value(&t, "cook-torrance#2.f0.g"), 0.3);
         assert!(t.free().iter().all(|i| !t.name(*i).starts_with("cook-torrance#2.f0")));
+    }
+
+    #[test]
+    fn tied_parameters_share_the_range_that_their_bounds_leave() {
+        let tie = || ("cook-torrance#2.f0", Setting::Tie(Selector::parse("cook-torrance.f0").unwrap()));
+        let bounds = |t: &ParameterTable, name: &str| {
+            t.rows()[(0..t.rows().len()).find(|i| t.name(*i) == name).unwrap()].bounds
+        };
+        let narrow = ("cook-torrance#2.f0.g", Setting::Bounds(0.3, 2.0));
+        let wide = ("cook-torrance.f0", Setting::Bounds(0.0, 0.5));
+        let t = table(&[tie(), narrow.clone(), wide.clone()]).unwrap();
+        for name in ["cook-torrance.f0.g", "cook-torrance#2.f0.g"] {
+            assert_eq!(bounds(&t, name), (0.3, 0.5));
+            assert_eq!(value(&t, name), 0.3);
+        }
+        assert_eq!(bounds(&t, "cook-torrance#2.f0.r"), (0.0, 0.5));
+
+        let apart = ("cook-torrance.f0", Setting::Bounds(0.0, 0.2));
+        let message = table(&[tie(), narrow.clone(), apart]).unwrap_err().to_string();
+        assert!(message.contains("expected bounds that overlap, found 0.3..2 and 0..0.2"), "{message}");
+        let message =
+            table(&[tie(), narrow, ("cook-torrance.f0", Setting::Fix(0.1))]).unwrap_err().to_string();
+        assert!(message.contains("the bounds of both, 0.3..1, found 0.1"), "{message}");
     }
 
     #[test]
