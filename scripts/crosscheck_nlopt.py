@@ -322,6 +322,7 @@ def parse_expression(text):
 # ----------------------------------------------------------------------------------------------------- metrics
 
 METRICS = ("l2", "log", "cbrt")
+UNBIASED = "unbiased-cbrt"
 
 
 def transform(metric, x, smoothing, slope_floor):
@@ -339,6 +340,95 @@ def transform(metric, x, smoothing, slope_floor):
         root = np.cbrt(x * x + smoothing**2)
         return x / root, (x * x / 3.0 + smoothing**2) / root**4
     return np.cbrt(x), 1.0 / (3.0 * np.cbrt(np.maximum(np.abs(x), slope_floor)) ** 2)
+
+
+NEAREST = 12
+RIDGE = 1e-2
+SAME = 1e-7
+
+
+def several_azimuths(angles):
+    """Whether neither all light nor all viewing lies in one plane through the normal, to half a degree."""
+
+    def planes(theta, phi):
+        horizontal = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)])
+        lengths = np.linalg.norm(horizontal, axis=1)
+        horizontal, lengths = horizontal[lengths > np.sin(np.radians(1))], lengths[lengths > np.sin(np.radians(1))]
+        if len(lengths) == 0:
+            return None
+        x, y = horizontal[0] / lengths[0]
+        return bool(np.any(np.abs(x * horizontal[:, 1] - y * horizontal[:, 0]) > np.sin(np.radians(0.5)) * lengths))
+
+    light, viewer = planes(angles[:, 0], angles[:, 1]), planes(angles[:, 2], angles[:, 3])
+    return light is not False and viewer is not False and not (light is None and viewer is None)
+
+
+def places(angles, isotropic):
+    """The coordinates in which samples are near each other: docs/use/image.md."""
+    direction = lambda theta, phi: np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    wi, wo = direction(angles[:, 0], angles[:, 1]), direction(angles[:, 2], angles[:, 3])
+    half, difference = (wi + wo) / 2, (wi - wo) / 2
+    h = half / np.linalg.norm(half, axis=1, keepdims=True)
+    sin_h = np.hypot(h[:, 0], h[:, 1])
+    safe = np.where(sin_h > 0, sin_h, 1)
+    x, y = np.where(sin_h > 0, h[:, 0] / safe, 1.0), np.where(sin_h > 0, h[:, 1] / safe, 0.0)
+    u = np.sqrt(np.arctan2(sin_h, h[:, 2]) / (PI / 2))
+    if not isotropic:
+        return np.column_stack([2 * u * x, 2 * u * y, difference])
+    theta_d = np.arctan2(np.linalg.norm(difference, axis=1), np.linalg.norm(half, axis=1))
+    along = (difference[:, 0] * x + difference[:, 1] * y) * h[:, 2] - difference[:, 2] * sin_h
+    across = difference[:, 1] * x - difference[:, 0] * y
+    return np.column_stack([2 * u, theta_d, u * along / 2, u * np.abs(across) / 2])
+
+
+def predictions(measurement):
+    """What the neighbours of each sample predict for it, f: the value there of the linear function that fits cbrt(f) of the
+    nearest samples in other directions, within their range, and at least 0."""
+    points = places(measurement.angles, not several_azimuths(measurement.angles))
+    roots = np.cbrt(measurement.values)
+    predicted = np.empty_like(roots)
+    for index, point in enumerate(points):
+        distance = np.linalg.norm(points - point, axis=1)
+        near = np.argsort(distance, kind="stable")
+        near = near[distance[near] > SAME][: NEAREST + 1]
+        d, step, values = distance[near], points[near] - point, roots[near]
+        reach = 1.0001 * d[-1]
+        weights = ((reach - d) / (reach * d)) ** 2
+        weights /= weights.sum()
+        mean = weights @ step
+        apart = step - mean
+        covariance = (apart * weights[:, None]).T @ apart
+        covariance += np.eye(len(point)) * RIDGE * np.trace(covariance)
+        weights = weights * (1 - apart @ np.linalg.solve(covariance, mean))
+        predicted[index] = np.clip(weights @ values, values.min(axis=0), values.max(axis=0))
+    return np.maximum(predicted**3, 0.0)
+
+
+def noise_floors(x, x_predicted):
+    """By channel: three times the median distance from the prediction among the eighth of the samples that are predicted darkest."""
+    floors = []
+    for own, predicted in zip(x.T, x_predicted.T):
+        apart = np.abs(own - predicted)
+        darkest = np.lexsort([apart, predicted])[: -(-len(own) // 8)]
+        floors.append(max(3 * np.sort(apart[darkest])[len(darkest) // 2], 1e-6 * np.mean(np.sort(predicted)[: -(-19 * len(own) // 20)]), 1e-30))
+    return np.array(floors)
+
+
+def unbiased(x, x_measured, x_predicted, floors):
+    """The signed root of the cost of unbiased-cbrt, and its derivative with respect to x: docs/use/conventions.md."""
+    alpha, kappa = (3 + math.sqrt(3)) / 4, (1 + math.sqrt(3)) / 2
+    c = np.cbrt(np.maximum(x + floors, 1e-3 * floors))
+    a, k = np.cbrt(x_measured + floors), kappa * np.cbrt(x_predicted + floors)
+    b = np.maximum(a, 0) + k
+    cost = alpha / (c + k) ** 2 * np.where(
+        a >= 0, (a - c) ** 2 * (c * (c + 2 * a) + 3 * k * a**2 / b), c * (c**3 - a**3 * (3 * c + 4 * k) / k)
+    )
+    weight = alpha * (c + 2 * k) / (3 * c**2 * (c + k) ** 3)
+    residual = np.copysign(np.sqrt(np.maximum(cost, 0)), c - a)
+    # Half the derivative of the cost over its root; at the root's zero, the limit.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = (c**3 - a**3) * weight / residual
+    return residual, np.where(np.abs(c - a) > 1e-9 * np.abs(c), slope, np.sqrt(weight))
 
 
 def all_errors(f, f_measured, ci, co):
@@ -460,6 +550,9 @@ class Problem:
         self.geometry = Geometry(angles[:, 0], angles[:, 1], angles[:, 2], angles[:, 3])
         self.f_measured = measurement.values
         self.x_measured = measurement.values * self.geometry.ci
+        if self.metric == UNBIASED:
+            self.x_predicted = predictions(measurement) * self.geometry.ci
+            self.floors = noise_floors(self.x_measured, self.x_predicted)
         self.x_scale = np.maximum(np.mean(np.abs(self.x_measured), axis=0), 1e-300)
         self.variables, self.base = [], [{} for _ in self.lobes]
         self._read_parameters(report["parameters"], names)
@@ -504,14 +597,18 @@ class Problem:
         f = sum(lobe(self.geometry, values) for lobe, values in zip(self.lobes, lobes))
         return np.broadcast_to(f, self.f_measured.shape)
 
-    def transformed(self, x, smoothing):
-        """g, g' at the model's x. `smoothing` is relative to the mean measured |x| of each channel."""
-        return transform(self.metric, x, smoothing * self.x_scale, 1e-9 * self.x_scale)
+    def compared(self, p, smoothing):
+        """The residuals and their slopes in x. `smoothing` is relative to the mean measured |x| of each channel."""
+        x = self.evaluate(p) * self.geometry.ci
+        if self.metric == UNBIASED:
+            return unbiased(x, self.x_measured, self.x_predicted, self.floors)
+        transformed = lambda x: transform(self.metric, x, smoothing * self.x_scale, 1e-9 * self.x_scale)
+        g, slope = transformed(x)
+        return g - transformed(self.x_measured)[0], slope
 
     def cost(self, p, smoothing=0.0):
-        g, _ = self.transformed(self.evaluate(p) * self.geometry.ci, smoothing)
-        target, _ = self.transformed(self.x_measured, smoothing)
-        return float(np.mean((g - target) ** 2))
+        residual, _ = self.compared(p, smoothing)
+        return float(np.mean(residual**2))
 
     def derivatives(self, p):
         """Yields (indices of the variables, d f / d parameter): one complex-step evaluation of ONE lobe gives the
@@ -535,9 +632,7 @@ class Problem:
                 out[index] = by_channel[self.variables[index].channel]
 
     def cost_and_gradient(self, p, smoothing=0.0):
-        g, slope = self.transformed(self.evaluate(p) * self.geometry.ci, smoothing)
-        target, _ = self.transformed(self.x_measured, smoothing)
-        residual = g - target
+        residual, slope = self.compared(p, smoothing)
         weight = 2.0 / residual.size * residual * slope * self.geometry.ci
         gradient = np.zeros(len(self.variables))
         for indices, df in self.derivatives(p):
@@ -547,7 +642,7 @@ class Problem:
     def curvature(self, p):
         """Diagonal of the Gauss-Newton Hessian. The cube root is softened: its exact slope at a zero sample would
         make every step tiny."""
-        _, slope = self.transformed(self.evaluate(p) * self.geometry.ci, 1e-2)
+        _, slope = self.compared(p, 1e-2)
         diagonal = np.zeros(len(self.variables))
         for indices, df in self.derivatives(p):
             self._gather(2.0 / slope.size * (slope * self.geometry.ci * df) ** 2, indices, diagonal)
@@ -778,7 +873,7 @@ def list_cases(quick, measured):
     for index, core in enumerate(core_models()):
         layouts = (RGB, "") if not quick else ((RGB,) if index % 2 else ("",))
         for channels in layouts:
-            for metric in METRICS if not quick else ("cbrt",):
+            for metric in (*METRICS, UNBIASED) if not quick else (UNBIASED,):
                 label = "synthetic, rgb" if channels else "synthetic, one channel"
                 add(label, core, metric, effort, channels=channels)
     if not measured:
@@ -787,7 +882,7 @@ def list_cases(quick, measured):
         for core in core_models():
             if quick and not core.spectral:
                 continue
-            for metric in METRICS if not quick else ("cbrt",):
+            for metric in (*METRICS, UNBIASED) if not quick else (UNBIASED,):
                 add(f"{paint}, 4 wavelengths", core, metric, effort, paint=paint, wavelengths=EXCERPT_NM)
     for paint in PAINTS if not quick else ():
         for core in core_models():

@@ -112,7 +112,7 @@ def run(name: str, path: Path, brdfit: str) -> dict:
     kept = ROOT / "target/tradeoff"
     kept.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
-    command = [brdfit, "tradeoff", path.name, "--quiet", "-o", kept / f"{name}.json", "--svg", kept / f"{name}.svg"]
+    command = [brdfit, "tradeoff", path.name, "--metric", "cbrt", "--quiet", "-o", kept / f"{name}.json", "--svg", kept / f"{name}.svg"]
     subprocess.run(command, check=True, cwd=path.parent)
     seconds = time.monotonic() - started
     if name in MERL:

@@ -61,7 +61,7 @@ def converted(folder):
 def fit(brdfit, path, model, hold_out):
     """The error of a fit in cbrt: on the samples fitted, or on those held out."""
     more = ["--hold-out", "0.2"] if hold_out else []
-    command = [brdfit, "fit", path, "-m", model, "--samples", str(MOST_SAMPLES), "--json", *more]
+    command = [brdfit, "fit", path, "-m", model, "--samples", str(MOST_SAMPLES), "--metric", "cbrt", "--json", *more]
     done = subprocess.run(command, capture_output=True, text=True)
     if not done.stdout:
         print(f"{path.name}: {done.stderr.strip()}", file=sys.stderr)

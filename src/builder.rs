@@ -95,8 +95,8 @@ impl Fit {
 
 /// The comparison: the metric, the loss, and the samples.
 impl FitBuilder<'_> {
-    /// Minimises the differences of f cos(theta_i) in this metric. [`Metric::Cbrt`], the default, weighs highlights
-    /// and matte regions as the eye does; with [`Metric::L2`] the highlight alone decides.
+    /// Minimises the differences of f cos(theta_i) in this metric. [`Metric::UnbiasedCbrt`], the default, weighs
+    /// highlights and matte regions as the eye does, and noise does not bias it; with [`Metric::L2`] the highlight alone decides.
     pub fn metric(mut self, metric: Metric) -> Self {
         self.options.metric = metric;
         self

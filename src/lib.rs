@@ -1,7 +1,7 @@
 //! Fits analytic BRDF models to measured reflectance, and says how well each parameter is known.
 //!
 //! A [`Measurement`] comes from arrays or from a file, an [`Expression`] says which model to fit, and [`Fit::of`] fits it: the
-//! [`Fit`] holds every parameter with its standard error, the errors of the model in five metrics, why the fit stopped, and
+//! [`Fit`] holds every parameter with its standard error, the errors of the model in six metrics, why the fit stopped, and
 //! warnings about what not to trust.
 //!
 //! # From arrays
@@ -49,7 +49,7 @@
 //!     let measurement = Measurement::read(path)?;
 //!     let model: Expression = "lambert + cook-torrance(d=ggx)".parse()?;
 //!     let (fit, report) = Fit::of(&model, &measurement)
-//!         .metric(Metric::Cbrt)
+//!         .metric(Metric::UnbiasedCbrt)
 //!         .fix("f0", 0.05)?
 //!         .hold_out(0.2)?
 //!         .run_with_report()?;

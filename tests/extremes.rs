@@ -169,10 +169,54 @@ fn one_absurd_value() {
 #[test]
 fn saturated() {
     let truth = [("lambert.kd", 0.2), ("cook-torrance.f0", 0.5), ("cook-torrance.m", 0.1)];
-    let mut data = synthetic(ONE_LOBE, &["f"], &truth, scattered(2000));
+    let data = synthetic(ONE_LOBE, &["f"], &truth, scattered(2000));
     assert!(!warned(&usable(&data, ONE_LOBE, &Options::default()), "saturated"));
-    data.values[0].iter_mut().for_each(|f| *f = f.min(1.0));
-    assert!(warned(&fitted(&data, ONE_LOBE, &Options::default()), "saturated"));
+    let clipped = |level: f64| {
+        let mut data = data.clone();
+        data.values[0].iter_mut().for_each(|f| *f = f.min(level));
+        data
+    };
+    let below_the_peak = clipped(1.0);
+    assert!(warned(&fitted(&below_the_peak, ONE_LOBE, &Options::default()), "saturated"));
+
+    // Three values are enough, and a loss that takes them for outliers finds the peak.
+    let mut sorted = data.values[0].clone();
+    sorted.sort_by(|a, b| b.total_cmp(a));
+    assert!(!warned(&fitted(&clipped(sorted[1]), ONE_LOBE, &Options::default()), "saturated"));
+    let mut three = clipped(sorted[2]);
+    assert!(warned(&fitted(&three, ONE_LOBE, &Options::default()), "saturated"));
+    let robust = Options::default().with_loss(brdfit::fit::LossKind::Cauchy);
+    for data in [&three, &clipped(sorted[40])] {
+        let plain = value(&fitted(data, ONE_LOBE, &Options::default()), "cook-torrance.m");
+        let found = value(&fitted(data, ONE_LOBE, &robust), "cook-torrance.m");
+        assert!(
+            (found - 0.1).abs() < 0.1 * (plain - 0.1).abs() && (found - 0.1).abs() < 1e-4,
+            "{found}, {plain}"
+        );
+    }
+
+    // Values rounded to few digits are shared everywhere, and no value of them is cut off.
+    three.values[0] = data.values[0].iter().map(|f| (f * 10.0).round() / 10.0).collect();
+    assert!(!warned(&fitted(&three, ONE_LOBE, &Options::default()), "saturated"));
+}
+
+/// One direction read at every azimuth, and directions that differ by exchange or mirroring, are read alike, and nothing is cut off.
+#[test]
+fn repeated_directions_are_not_saturated() {
+    let mut angles: Vec<[f64; 4]> = (0..12).map(|k| [0.0, 0.0, 0.0, 30.0 * f64::from(k)]).collect();
+    for k in 1..200 {
+        let (theta_i, theta_o) = (f64::from(k % 7) * 10.0, f64::from(k / 7) * 2.5);
+        angles.push([theta_i, 0.0, theta_o, 180.0]);
+        angles.push([theta_o, 0.0, theta_i, 180.0]);
+        angles.push([theta_i, 90.0, theta_o, 270.0]);
+    }
+    let pairs = angles.iter().map(|[ti, pi, to, po]| Pair {
+        wi: direction(ti.to_radians(), pi.to_radians()),
+        wo: direction(to.to_radians(), po.to_radians()),
+    });
+    let truth = [("lambert.kd", 0.3), ("cook-torrance.f0", 0.04), ("cook-torrance.m", 0.3)];
+    let data = synthetic(ONE_LOBE, &["f"], &truth, Directions::Scattered(pairs.collect()));
+    assert!(!warned(&usable(&data, ONE_LOBE, &Options::default()), "saturated"));
 }
 
 #[test]

@@ -23,6 +23,7 @@ mod misfit;
 mod models;
 mod nesting;
 mod nist;
+mod noise;
 mod oracles;
 mod physics;
 mod properties;

@@ -140,7 +140,7 @@ fn the_held_out_errors_are_those_of_the_samples_left_out() {
         .collect();
     let line = format!("evaluate out.csv -m {MODEL} {} --json", values.join(" "));
     let evaluated = folder.brdfit(&line).good().json();
-    for metric in ["l2", "log", "cbrt", "log_ratio", "relative"] {
+    for metric in ["l2", "log", "cbrt", "unbiased_cbrt", "log_ratio", "relative"] {
         assert_eq!(held[metric], evaluated["errors"][metric], "{metric}");
     }
     assert_eq!(evaluated["options"]["hold_out"], Value::Null);

@@ -46,7 +46,7 @@ pub fn fit(
     let dead = dead_channel_doubts(table.channels(), &samples.values, &samples.dead);
     table.set_apart(&samples.dead);
     let (samples, held_out) = match options.hold_out {
-        None => (samples, None),
+        None => (samples.with_predictions(), None),
         Some(fraction) => {
             let (fitted, held_out) = hold_out::split(&samples, fraction, options.seed, measurement)?;
             (fitted, Some(held_out))
@@ -170,14 +170,14 @@ fn constrained(
     Ok((expression, options.clone().with_settings(settings)))
 }
 
-/// Selects the samples and sets up the parameters according to the options.
+/// Selects the samples, without predictions, and sets up the parameters according to the options.
 fn prepare(
     measurement: &Measurement,
     expression: &Expression,
     options: &Options,
 ) -> Result<(Samples, ParameterTable), Error> {
     options.check()?;
-    let samples = Samples::select(measurement, &options.filters)?;
+    let samples = Samples::select_without_predictions(measurement, &options.filters)?;
     let names = measurement.channel_names();
     let table = ParameterTable::new(expression, &names, samples.directions.azimuths(), &options.settings)?;
     Ok((samples, table))
@@ -189,7 +189,8 @@ fn unused_sigma(measurement: &Measurement, samples: &Samples, options: &Options)
         return None;
     }
     // Standard deviations of 0 say nothing.
-    Samples::select(measurement, &options.filters.clone().with_weighting(Weighting::Sigma)).ok()
+    let filters = options.filters.clone().with_weighting(Weighting::Sigma);
+    Samples::select_without_predictions(measurement, &filters).ok()
 }
 
 /// The warnings that the reader of the file raised.
@@ -211,6 +212,7 @@ pub fn evaluate(measurement: &Measurement, expression: &Expression, options: &Op
         .collect();
 
     // A fit without free parameters stops where it starts.
+    let samples = samples.with_predictions();
     let table = table.with_fixed(Role::Shape).with_fixed(Role::Amplitude);
     let with_sigma = unused_sigma(measurement, &samples, options);
     let task = Task { with_sigma: with_sigma.as_ref(), ..Task::new(expression, &samples, options) };

@@ -86,7 +86,7 @@ fn by_half_angle(pairs: &[Pair]) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measurement::Weighting;
+    use crate::measurement::{Predicted, Weighting};
     use crate::synthetic::scattered_directions;
     use std::collections::BTreeMap;
 
@@ -94,12 +94,14 @@ mod tests {
     fn samples() -> Samples {
         let mut pairs = scattered_directions(3000, 80.0, 1);
         pairs.extend_from_within(..);
-        let values = (0..pairs.len()).map(count).collect();
+        let values = vec![(0..pairs.len()).map(count).collect()];
+        let directions = Directions::Scattered(pairs);
         Samples {
-            values: vec![values],
+            predicted: Predicted::new(&directions, &values, None),
+            weights: vec![1.0; directions.len()],
+            values,
+            directions,
             sigma: None,
-            weights: vec![1.0; pairs.len()],
-            directions: Directions::Scattered(pairs),
             weighting: Weighting::Uniform,
             dead: vec![false],
             dropped: BTreeMap::new(),

@@ -10,6 +10,7 @@ mod incidence;
 pub mod interpolant;
 #[doc(hidden)]
 pub mod merl_digests;
+mod predicted;
 mod samples;
 
 pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
@@ -20,6 +21,8 @@ pub use draws::Draws;
 #[doc(hidden)]
 pub use incidence::IncidenceGroups;
 pub use interpolant::Interpolant;
+#[doc(hidden)]
+pub use predicted::Predicted;
 #[doc(hidden)]
 pub use samples::checked_max_theta;
 pub use samples::{Filters, Samples, Weighting};

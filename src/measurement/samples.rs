@@ -1,6 +1,6 @@
 //! The samples that a fit uses, and their weights.
 
-use super::{Measurement, dead_channels};
+use super::{Measurement, Predicted, dead_channels};
 use crate::error::{Error, OptionName, short};
 use crate::geometry::{Directions, Geometry};
 use crate::math::count;
@@ -107,6 +107,8 @@ pub struct Samples {
     pub weights: Vec<f64>,
     /// How the weights were chosen.
     pub weighting: Weighting,
+    /// What the neighbours of each sample predict for it.
+    pub predicted: Predicted,
     /// Whether each channel is dead: constant while others vary. Dead channels do not count.
     pub dead: Vec<bool>,
     /// Number of samples left out, in reading or here, by reason.
@@ -123,6 +125,21 @@ impl Samples {
     /// [`Error::NoSamples`] if none does; [`Error::Unmet`] for weights that the data cannot give; [`Error::Invalid`]
     /// for a measurement in which a channel does not have one value per pair of directions.
     pub fn select(measurement: &Measurement, filters: &Filters) -> Result<Self, Error> {
+        Ok(Self::select_without_predictions(measurement, filters)?.with_predictions())
+    }
+
+    /// Predicts every sample from the others.
+    #[must_use]
+    pub(crate) fn with_predictions(self) -> Self {
+        let predicted = Predicted::new(&self.directions, &self.values, self.sigma.as_ref());
+        Self { predicted, ..self }
+    }
+
+    /// The samples without predictions, for a metric that makes no use of them, or to choose some of them first.
+    pub(crate) fn select_without_predictions(
+        measurement: &Measurement,
+        filters: &Filters,
+    ) -> Result<Self, Error> {
         measurement.check_lengths()?;
         let grid = measurement.directions.is_grid();
         let weighting =
@@ -199,7 +216,8 @@ impl Samples {
         );
         let sigma = kept_sigma;
         let dead = dead_channels(&values);
-        Ok(Self { values, directions, sigma, weights, weighting, dead, dropped })
+        let predicted = Predicted::default();
+        Ok(Self { values, directions, sigma, weights, weighting, predicted, dead, dropped })
     }
 
     /// The number of samples.
@@ -224,6 +242,7 @@ impl Samples {
             sigma: self.sigma.as_ref().map(gather),
             weights: crate::geometry::gather(&self.weights, indices),
             weighting: self.weighting,
+            predicted: self.predicted.at(indices),
             dead: self.dead.clone(),
             dropped: self.dropped.clone(),
         }

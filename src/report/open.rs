@@ -132,8 +132,8 @@ named! {
     Budget (name): Fast Balanced Full;
     LossKind (name): None Huber Cauchy;
     Method (name): Absolute Sandwich BlockBootstrap;
-    Metric (name): L2 Log Cbrt;
-    OptionName (name): Bounds Fix Format Free HoldOut Init LossScale MaxTheta Metric PerChannel Set Shared SigmaScale Svg TargetError
+    Metric (name): L2 Log Cbrt UnbiasedCbrt;
+    OptionName (name): Bounds Fix Format Free HoldOut Init Loss LossScale MaxTheta Metric PerChannel Set Shared SigmaScale Svg TargetError
         Thickness Tie Timeout Tolerance Uncertainty Weights;
     NoiseSource (name): Sigma Repeats ReciprocalPairs Neighbours;
     SigmaScale (name): Absolute Auto;
@@ -143,7 +143,7 @@ named! {
     Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
     Uncertainty (name): Formula BlockBootstrap;
     Unit (symbol): One Degrees UnscaledMerl;
-    WarningKind (name): AtBound ChiSquare Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
+    WarningKind (name): AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
         LossDiscards Misfit NotIdentifiable NotUsable Resampling Saturated StrengthAboveOne SuspiciousAngles TargetMissed
         TiedStarts WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;
@@ -244,9 +244,11 @@ impl Named for Criterion {
         Self::Fitted(Metric::L2),
         Self::Fitted(Metric::Log),
         Self::Fitted(Metric::Cbrt),
+        Self::Fitted(Metric::UnbiasedCbrt),
         Self::HeldOut(Metric::L2),
         Self::HeldOut(Metric::Log),
         Self::HeldOut(Metric::Cbrt),
+        Self::HeldOut(Metric::UnbiasedCbrt),
     ];
 
     fn in_report(self) -> &'static str {
@@ -255,6 +257,7 @@ impl Named for Criterion {
             Self::HeldOut(Metric::L2) => "held-out l2",
             Self::HeldOut(Metric::Log) => "held-out log",
             Self::HeldOut(Metric::Cbrt) => "held-out cbrt",
+            Self::HeldOut(Metric::UnbiasedCbrt) => "held-out unbiased-cbrt",
         }
     }
 }

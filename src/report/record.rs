@@ -208,6 +208,7 @@ pub struct ErrorRecord {
     pub l2: Option<f64>,
     pub log: Option<f64>,
     pub cbrt: Option<f64>,
+    pub unbiased_cbrt: Option<f64>,
     pub log_ratio: Option<f64>,
     pub relative: Option<f64>,
 }
@@ -225,14 +226,16 @@ impl ErrorRecord {
             Metric::L2 => self.l2,
             Metric::Log => self.log,
             Metric::Cbrt => self.cbrt,
+            Metric::UnbiasedCbrt => self.unbiased_cbrt,
         }
     }
 }
 
 impl From<&Errors> for ErrorRecord {
     fn from(e: &Errors) -> Self {
-        let [l2, log, cbrt, log_ratio] = [e.l2, e.log, e.cbrt, e.log_ratio].map(finite);
-        Self { l2, log, cbrt, log_ratio, relative: e.relative.and_then(finite) }
+        let [l2, log, cbrt, unbiased_cbrt, log_ratio] =
+            [e.l2, e.log, e.cbrt, e.unbiased_cbrt, e.log_ratio].map(finite);
+        Self { l2, log, cbrt, unbiased_cbrt, log_ratio, relative: e.relative.and_then(finite) }
     }
 }
 

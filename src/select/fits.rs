@@ -52,7 +52,8 @@ impl<'a> Fits<'a> {
         let filters = Filters { samples: None, weighting: uniform, ..filters.clone() };
         let drawn = FitTo { data: Cow::Owned(data), filters, metric: *metric };
         // Where a sharp peak dominates the error there are many minima; cube roots also weigh the rest.
-        let rest = (*metric != Metric::Cbrt).then(|| FitTo { metric: Metric::Cbrt, ..drawn.clone() });
+        let weighs_the_rest = matches!(metric, Metric::Cbrt | Metric::UnbiasedCbrt);
+        let rest = (!weighs_the_rest).then(|| FitTo { metric: Metric::Cbrt, ..drawn.clone() });
         let searched = [Some(drawn), Some(own), rest].into_iter().flatten().collect();
         Ok(Self { searched, shown: Some(studio.shown(*metric)?) })
     }

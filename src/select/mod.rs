@@ -53,7 +53,7 @@ pub struct Selected {
     pub data: Data,
     /// The scene.
     pub scene: SceneRecord,
-    /// The metric of the fits: l2, log or cbrt.
+    /// The metric of the fits.
     pub metric: &'static str,
     /// `scene` if the image is fitted; otherwise the weights of the measurement's samples: solid-angle, uniform or sigma.
     pub weights: &'static str,

@@ -20,7 +20,7 @@ impl Target {
         match metric {
             Metric::L2 => Self::Radiance(measured.into()),
             Metric::Log => Self::Logarithm(Vector3::from(measured).map(|x| metric.measured(x).ln_1p())),
-            Metric::Cbrt => Self::Colour(ColourTarget::new(measured)),
+            Metric::Cbrt | Metric::UnbiasedCbrt => Self::Colour(ColourTarget::new(measured)),
         }
     }
 }

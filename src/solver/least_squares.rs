@@ -57,6 +57,8 @@ pub struct Linearisation {
     pub cost: f64,
     /// All rows.
     pub blocks: Vec<Rows>,
+    /// The share of each block in the cost.
+    pub costs: Vec<f64>,
 }
 
 impl Linearisation {
@@ -64,7 +66,8 @@ impl Linearisation {
     #[must_use]
     pub fn dense(jacobian: DMatrix<f64>, residual: DVector<f64>) -> Self {
         let columns = (0..jacobian.ncols()).collect();
-        Self { cost: residual.norm_squared(), blocks: vec![Rows { columns, jacobian, residual }] }
+        let cost = residual.norm_squared();
+        Self { cost, blocks: vec![Rows { columns, jacobian, residual }], costs: vec![cost] }
     }
 
     /// Whether the cost and every row are finite numbers.

@@ -53,7 +53,7 @@ pub struct Tradeoff {
     pub version: &'static str,
     /// The measurement.
     pub data: Data,
-    /// The metric that fits minimise and that defines the front: l2, log or cbrt.
+    /// The metric that fits minimise and that defines the front.
     #[serde(serialize_with = "metric_name")]
     pub metric: Metric,
     /// Number of samples that each fit of `models` and `approximations` uses; null means all.

@@ -22,12 +22,12 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
     writeln!(text, "each model is fitted to {fitted} of them in {metric}; errors are computed on all\n")?;
     writeln!(
         text,
-        "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>11} {:>11} {:>8} {:>8}  model",
+        "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>13} {:>11} {:>8} {:>8}  model",
         "", "cost", "f64", "f32", "blocks", "stored", metric, "held out", "f32 off", "fit"
     )?;
     writeln!(
         text,
-        "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>11} {:>11} {:>8} {:>8}",
+        "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>13} {:>11} {:>8} {:>8}",
         "", "op", "ns", "ns", "ns", "", "", "", "", "s"
     )?;
     for entry in &found.models {
@@ -37,7 +37,7 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
         let free: String = entry.free.iter().map(|name| format!("  --free {name}")).collect();
         writeln!(
             text,
-            "{mark:<2}{:>7} {:>8.1} {:>8.1} {:>8.1} {:>6} {:>11} {:>11} {:>8.0e} {:>8.2}  {}{free}{unusable}",
+            "{mark:<2}{:>7} {:>8.1} {:>8.1} {:>8.1} {:>6} {:>13} {:>11} {:>8.0e} {:>8.2}  {}{free}{unusable}",
             entry.cost.weighted,
             ns.scalar_f64.median,
             ns.scalar_f32.median,
@@ -52,7 +52,7 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
     }
     writeln!(text, "\n* no model has both a lower cost and a smaller error")?;
     if !found.approximations.is_empty() {
-        writeln!(text, "\n{:>9} {:>11} {:>11} {:>9}  approximation", "cost", metric, "", "unfitted")?;
+        writeln!(text, "\n{:>9} {:>13} {:>11} {:>9}  approximation", "cost", metric, "", "unfitted")?;
         for a in &found.approximations {
             let [exact, other] = a.weighted;
             let [error, error_of_other] = a.errors;
@@ -60,7 +60,7 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
                 a.unfitted.map_or_else(|| "-".to_owned(), |distance| format!("{:.2} %", 100.0 * distance));
             writeln!(
                 text,
-                "{:>9} {:>11} {:>11} {unfitted:>9}  {}",
+                "{:>9} {:>13} {:>11} {unfitted:>9}  {}",
                 format!("{exact}>{other}"),
                 number(Some(error)),
                 number(Some(error_of_other)),
@@ -69,9 +69,9 @@ fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
         }
     }
     if let Some(model) = &found.samples.model {
-        writeln!(text, "\n{:>9} {:>11} {:>8}  {model}", "samples", metric, "fit, s")?;
+        writeln!(text, "\n{:>9} {:>13} {:>8}  {model}", "samples", metric, "fit, s")?;
         for fit in &found.samples.fits {
-            writeln!(text, "{:>9} {:>11} {:>8.2}", fit.samples, number(Some(fit.error)), fit.fit_s)?;
+            writeln!(text, "{:>9} {:>13} {:>8.2}", fit.samples, number(Some(fit.error)), fit.fit_s)?;
         }
     }
     Ok(())
@@ -105,11 +105,13 @@ pub fn csv(found: &Tradeoff) -> Result<Vec<u8>, Error> {
         "l2",
         "log",
         "cbrt",
+        "unbiased_cbrt",
         "log_ratio",
         "relative",
         "held_out_l2",
         "held_out_log",
         "held_out_cbrt",
+        "held_out_unbiased_cbrt",
         "held_out_log_ratio",
         "held_out_relative",
         "single_precision",
@@ -127,7 +129,8 @@ pub fn csv(found: &Tradeoff) -> Result<Vec<u8>, Error> {
 fn record(entry: &Entry) -> Vec<String> {
     let (o, ns) = (&entry.cost.operations, &entry.cost.time_ns);
     let errors = |errors: Option<&crate::report::ErrorRecord>| {
-        let all = errors.map_or([None; 5], |e| [e.l2, e.log, e.cbrt, e.log_ratio, e.relative]);
+        let all =
+            errors.map_or([None; 6], |e| [e.l2, e.log, e.cbrt, e.unbiased_cbrt, e.log_ratio, e.relative]);
         all.map(|error| error.map_or_else(String::new, |error| error.to_string()))
     };
     let mut cells = vec![entry.model.clone(), entry.parameters.to_string(), entry.cost.weighted.to_string()];

@@ -337,10 +337,11 @@ fn options_do_what_they_say() {
     assert!((chi2 - 1.0).abs() < 0.3, "{chi2}");
     assert_eq!(fit("")["fit"]["reduced_chi2"], Value::Null);
     assert_eq!(fit("")["filters"]["weights"], "uniform");
-    for (metric, report) in ["l2", "log", "cbrt"].map(|m| (m, fit(&format!("--metric {m}")))) {
+    for (metric, report) in ["l2", "log", "cbrt", "unbiased-cbrt"].map(|m| (m, fit(&format!("--metric {m}"))))
+    {
         assert_eq!(report["metric"], metric);
     }
-    assert_eq!(fit("")["metric"], "cbrt");
+    assert_eq!(fit("")["metric"], "unbiased-cbrt");
 }
 
 /// Angles at the limit count: `--max-theta` is inclusive.

@@ -88,7 +88,8 @@ pub const WITH_SCENE: bool = true;
 /// Options that say which samples are used, how they are weighted, and what is compared.
 #[derive(Args)]
 pub struct SampleArguments<const SCENE: bool = false> {
-    /// Compare x = f cos(theta_i) itself (l2), ln(1 + x) (log) or the cube root of x (cbrt) [default: cbrt]
+    /// Compare x = f cos(theta_i) itself (l2), ln(1 + x) (log), the cube root of x (cbrt), or that without its bias under noise (unbiased-cbrt)
+    /// [default: unbiased-cbrt]
     #[arg(long, value_enum)]
     metric: Option<MetricName>,
     #[arg(long, value_parser = weights(SCENE), help = weights_help(SCENE))]
@@ -120,6 +121,7 @@ enum MetricName {
     L2,
     Log,
     Cbrt,
+    UnbiasedCbrt,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -164,7 +166,8 @@ impl<const SCENE: bool> SampleArguments<SCENE> {
         match self.metric {
             Some(MetricName::L2) => Metric::L2,
             Some(MetricName::Log) => Metric::Log,
-            None | Some(MetricName::Cbrt) => Metric::Cbrt,
+            Some(MetricName::Cbrt) => Metric::Cbrt,
+            None | Some(MetricName::UnbiasedCbrt) => Metric::UnbiasedCbrt,
         }
     }
 

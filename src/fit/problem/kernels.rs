@@ -5,7 +5,7 @@
 
 use super::formula::{Sums, Term};
 use super::loss::{LossKind, Objective};
-use super::metric::Transform;
+use super::metric::{Transform, Wanted};
 use crate::geometry::Row;
 use crate::model::BasisBlock;
 use crate::solver::triangle::{Triangle, dot};
@@ -17,11 +17,14 @@ pub(super) struct Scratch {
     columns: Vec<Row>,
     x: Row,
     slope: Row,
+    /// The squares of the residuals, for metrics in which they are no squares.
+    squares: Row,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
-        Self { columns: Vec::new(), x: Row::filled(0.0), slope: Row::filled(0.0) }
+        let zero = Row::filled(0.0);
+        Self { columns: Vec::new(), x: zero, slope: zero, squares: zero }
     }
 }
 
@@ -53,12 +56,14 @@ impl WithSimd for Evaluation<'_> {
 #[derive(Clone, Copy)]
 pub(super) struct ObservedBlock<'a> {
     pub(super) transform: Transform,
-    /// The transformed measured values, g(x*).
-    pub(super) measured: &'a Row,
+    pub(super) wanted: Wanted<'a>,
     /// Square root of weight times normalisation; 0 if there is no sample.
     pub(super) roots: &'a Row,
     /// The factor from a residual to standard deviations; `None` unless weights are by sigma.
     pub(super) precision: Option<&'a Row>,
+    /// The given standard deviations over those that the weights are made from, times 1/g' at the prediction; `None` if they are the
+    /// same.
+    pub(super) noise: Option<&'a Row>,
 }
 
 /// One channel of one block, with everything needed to compute its residuals and derivatives.
@@ -73,9 +78,23 @@ pub(super) struct ChannelBlock<'a> {
     /// The terms of its derivative with respect to each parameter.
     pub(super) columns: &'a [Vec<Term>],
     pub(super) scratch: &'a mut Scratch,
-    /// For the middle factor of the sandwich: R, for which |R J_s|^2 is the leverage of sample s, and the root mean
-    /// square of the residuals. `None` for the linear model itself.
-    pub(super) sandwich: Option<(&'a Triangle, f64)>,
+    pub(super) rows: Rows<'a>,
+}
+
+/// The rows that a pass computes.
+#[derive(Clone, Copy)]
+pub(super) enum Rows<'a> {
+    /// The linear model, which a solver follows.
+    Model,
+    /// The middle factor of the sandwich, from the residuals.
+    Scatter {
+        /// R, for which |R J_s|^2 is the leverage of sample s.
+        root: &'a Triangle,
+        /// The root mean square of the residuals.
+        typical: f64,
+    },
+    /// The middle factor of the sandwich, from the given standard deviations.
+    Noise,
 }
 
 /// Appends the weighted rows of the Jacobian and the residuals to a triangular factor, and returns their cost.
@@ -103,11 +122,15 @@ impl WithSimd for PlainResiduals<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Row {
         let ChannelBlock { observed, cos_i, bases, reflectance, scratch, .. } = self.0;
-        let Scratch { x, slope, .. } = scratch;
+        let Scratch { x, slope, squares, .. } = scratch;
         let mut residuals = Row::filled(0.0);
         sum(bases, reflectance, x);
         scale_each(x, cos_i);
-        observed.transform.differences(x, observed.measured, &mut residuals, slope);
+        if observed.transform.differences(x, observed.wanted, &mut residuals, slope, squares) {
+            for (residual, square) in residuals.iter_mut().zip(squares.iter()) {
+                *residual = square.sqrt().copysign(*residual);
+            }
+        }
         if let Some(precision) = observed.precision {
             scale_each(&mut residuals, precision);
         }
@@ -121,8 +144,8 @@ impl WithSimd for Compression<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
         let Self { block, triangle } = self;
-        let ObservedBlock { transform, measured, roots, precision } = block.observed;
-        let Scratch { columns, x, slope } = block.scratch;
+        let ObservedBlock { transform, wanted, roots, precision, noise } = block.observed;
+        let Scratch { columns, x, slope, squares } = block.scratch;
         let n = block.columns.len();
         columns.resize(n + 1, Row::filled(0.0));
         let (jacobian, residual) = columns.split_at_mut(n);
@@ -130,10 +153,18 @@ impl WithSimd for Compression<'_> {
 
         sum(block.bases, block.reflectance, x);
         scale_each(x, block.cos_i);
-        transform.differences(x, measured, residual, slope);
+        let own_squares = transform.differences(x, wanted, residual, slope, squares);
+        let squares = own_squares.then_some(&mut *squares);
+        if matches!(block.rows, Rows::Noise) {
+            *residual = *slope;
+            scale_each(residual, noise.unwrap_or(&Row::filled(1.0)));
+        }
         let tempered = match block.objective.loss {
             LossKind::None => None,
-            loss => Some(temper(loss, block.objective.scale, precision, roots, residual, slope)),
+            loss => {
+                let squares = squares.as_deref();
+                Some(temper(loss, block.objective.scale, precision, roots, residual, slope, squares))
+            }
         };
         let factors = residual.iter_mut().zip(slope.iter_mut()).zip(roots).zip(block.cos_i);
         for (((residual, slope), root), cos) in factors {
@@ -141,20 +172,35 @@ impl WithSimd for Compression<'_> {
             *slope *= root * cos;
         }
         if let Some(precision) = precision {
-            scale_each(residual, precision);
+            if !matches!(block.rows, Rows::Noise) {
+                scale_each(residual, precision);
+            }
             scale_each(slope, precision);
         }
-        let cost = tempered.unwrap_or_else(|| dot(residual, residual));
+        let cost = match (tempered, squares) {
+            (Some(cost), _) => cost,
+            (None, None) => dot(residual, residual),
+            (None, Some(squares)) => {
+                if let Some(precision) = precision {
+                    scale_each(squares, precision);
+                    scale_each(squares, precision);
+                }
+                scale_each(squares, roots);
+                dot(squares, roots)
+            }
+        };
         for (column, terms) in jacobian.iter_mut().zip(block.columns) {
             sum(block.bases, terms, column);
             scale_each(column, slope);
         }
-        if let Some((root, typical)) = block.sandwich {
+        if let Rows::Scatter { root, typical } = block.rows {
             // The slopes and x are no longer needed; their rows are reused for the leverages and products.
             leverages(root, jacobian, slope, x);
             for (entry, leverage) in residual.iter_mut().zip(slope.iter()) {
                 *entry = left_out(*entry, *leverage, typical);
             }
+        }
+        if matches!(block.rows, Rows::Scatter { .. } | Rows::Noise) {
             for column in jacobian {
                 scale_each(column, residual);
             }
@@ -174,12 +220,17 @@ fn temper(
     roots: &Row,
     residual: &mut Row,
     slope: &mut Row,
+    squares: Option<&Row>,
 ) -> f64 {
     let mut cost = 0.0;
     let ones = Row::filled(1.0);
-    let samples = residual.iter_mut().zip(slope).zip(precision.unwrap_or(&ones)).zip(roots);
-    for (((residual, slope), precision), root) in samples {
-        let influence = loss.influence(precision * *residual, scale);
+    let mut distances = *residual;
+    if let Some(squares) = squares {
+        distances.iter_mut().zip(squares).for_each(|(distance, square)| *distance = square.sqrt());
+    }
+    let samples = residual.iter_mut().zip(slope).zip(precision.unwrap_or(&ones)).zip(roots).zip(&distances);
+    for ((((residual, slope), precision), root), distance) in samples {
+        let influence = loss.influence(precision * *distance, scale);
         let bend = influence.curvature.sqrt();
         *residual *= influence.slope / bend;
         *slope *= bend;

@@ -1,4 +1,33 @@
 //! The metrics that a fit can minimise, as transforms of x = f cos(theta_i).
+//!
+//! # The metric `unbiased-cbrt`
+//!
+//! A cube root bends: the mean of cbrt(x + noise) is less than cbrt(x), so that a fit in `cbrt` comes out too dark once the noise
+//! approaches the signal. The condition for its minimum says where this comes from. It is, over the samples,
+//!
+//! ```text
+//! sum w (x - x*) dx/dparameter = 0,    w = g'(x) (g(x) - g(x*))/(x - x*) = 1/(3 c^2 (c^2 + c a + a^2)),   c = cbrt(x), a = cbrt(x*)
+//! ```
+//!
+//! The measured x* stands in its own weight, and a sample that noise has made brighter counts for less. Weights that do not contain
+//! the noise of their own sample leave the mean of every term at 0 (quasi-likelihood: Wedderburn 1974, doi:10.1093/biomet/61.3.439),
+//! whatever the weights are. So this metric takes, in place of a, the root p of what the sample's neighbours predict
+//! ([`crate::measurement::Predicted`]), and the cost whose derivative that is,
+//!
+//! ```text
+//! cost = 2 int_x^x* (x* - t) w(t) dt,    w = alpha (c + 2 k)/(3 c^2 (c + k)^3),   c = cbrt(t + s),  k = kappa p
+//!      = alpha (a - c)^2 (c (c + 2 a) + 3 k a^2/(a + k))/(c + k)^2,               a = cbrt(x* + s)
+//! ```
+//!
+//! This w is a rational function close to the w above: with kappa = (1 + sqrt(3))/2 and alpha = (3 + sqrt(3))/4 it has the same value
+//! and the same slope at c = p, and in contrast to it an integral without an arc tangent. At a = p the cost is (a - c)^2 to second
+//! order, that of `cbrt`. For a < 0 the integral begins at c = 0 instead, which only takes a constant away:
+//!
+//! ```text
+//! cost = alpha c (c^3 - a^3 (3 c + 4 k)/k)/(c + k)^2
+//! ```
+//!
+//! s is about twice the noise of the darkest samples. It keeps weights finite, and makes samples below the noise count as in `l2`.
 
 use crate::geometry::Row;
 use crate::math::{Real, Scalar, elementary};
@@ -12,19 +41,26 @@ pub enum Metric {
     /// g(x) = ln(1 + x), with the measured x* floored at -0.99 (Low et al. 2012).
     Log,
     /// g(x) = cbrt(x).
-    #[default]
     Cbrt,
+    /// As `Cbrt`, but with weights that do not contain the noise of their own sample, so that noise does not bias the fit.
+    /// docs/use/conventions.md has its formula.
+    #[default]
+    UnbiasedCbrt,
 }
 
 /// The smoothing of cbrt near zero, relative to the mean |x*| of the channel.
 const CBRT_SMOOTHING: f64 = 1e-6;
+
+/// k/p and alpha of `unbiased-cbrt`: (1 + sqrt(3))/2 and (3 + sqrt(3))/4.
+const KAPPA: f64 = 1.366_025_403_784_438_6;
+const ALPHA: f64 = 1.183_012_701_892_219_3;
 
 /// Measured values are raised to at least this, because ln(1 + x) has no useful value below it.
 const LOG_FLOOR: f64 = -0.99;
 
 impl Metric {
     /// All metrics.
-    pub const ALL: [Self; 3] = [Self::L2, Self::Log, Self::Cbrt];
+    pub const ALL: [Self; 4] = [Self::L2, Self::Log, Self::Cbrt, Self::UnbiasedCbrt];
 
     /// Name on the command line and in reports.
     #[must_use]
@@ -33,6 +69,7 @@ impl Metric {
             Self::L2 => "l2",
             Self::Log => "log",
             Self::Cbrt => "cbrt",
+            Self::UnbiasedCbrt => "unbiased-cbrt",
         }
     }
 
@@ -53,7 +90,7 @@ impl Metric {
                     *x = Scalar::ln_1p(*x);
                 }
             }
-            Self::Cbrt => {
+            Self::Cbrt | Self::UnbiasedCbrt => {
                 for x in row {
                     *x = cube_root(*x);
                 }
@@ -61,11 +98,11 @@ impl Metric {
         }
     }
 
-    /// The smoothed transform that is minimised, for a channel whose mean |x*| is `mean`.
-    pub(in crate::fit) fn transform(self, mean: f64) -> Transform {
+    /// The smoothed transform that is minimised, for a channel whose mean |x*| is `mean` and whose noise is at least `noise_floor`.
+    pub(in crate::fit) fn transform(self, mean: f64, noise_floor: f64) -> Transform {
         // A channel that is zero everywhere still needs a finite slope.
         let smoothing = (CBRT_SMOOTHING * mean).max(1e-30);
-        Transform { metric: self, smoothing2: smoothing * smoothing }
+        Transform { metric: self, smoothing2: smoothing * smoothing, noise_floor }
     }
 }
 
@@ -94,20 +131,58 @@ fn cube_root(x: f64) -> f64 {
 pub(in crate::fit) struct Transform {
     metric: Metric,
     smoothing2: f64,
+    /// s, for `unbiased-cbrt`.
+    noise_floor: f64,
+}
+
+/// What a model is compared with in a row of samples.
+#[derive(Clone, Copy)]
+pub(in crate::fit) struct Wanted<'a> {
+    /// g(x*) of the measured values.
+    pub(in crate::fit) measured: &'a Row,
+    /// g of what the neighbours predict, for `unbiased-cbrt`.
+    pub(in crate::fit) predicted: &'a Row,
 }
 
 impl Transform {
+    /// Replaces measured or predicted values by g of them.
+    #[inline(always)]
+    pub(in crate::fit) fn apply_to(self, row: &mut Row) {
+        for x in row {
+            *x = match self.metric {
+                Metric::L2 => *x,
+                Metric::Log => Scalar::ln_1p(*x),
+                Metric::Cbrt => *x * elementary::inverse_cbrt(*x * *x + self.smoothing2),
+                Metric::UnbiasedCbrt => root_of_measured(*x, self.noise_floor),
+            };
+        }
+    }
+
     /// Returns g(x) and g'(x).
     #[cfg(test)]
     pub(in crate::fit) fn apply(self, x: f64) -> (f64, f64) {
         let (mut g, mut slope) = (Row::filled(0.0), Row::filled(0.0));
-        self.differences(&Row::filled(x), &Row::filled(0.0), &mut g, &mut slope);
+        let zero = Row::filled(0.0);
+        let wanted = Wanted { measured: &zero, predicted: &zero };
+        self.differences(&Row::filled(x), wanted, &mut g, &mut slope, &mut Row::filled(0.0));
         (g[0], slope[0])
     }
 
-    /// Computes g(x) - g(x*) and g'(x) for a row; `measured` is g(x*).
+    /// Computes g(x) - g(x*) and g'(x) for a row, and returns false.
+    ///
+    /// For `unbiased-cbrt`, whose cost is not the square of a difference that has a simple derivative, computes (x - x*) sqrt(w) and
+    /// sqrt(w) instead, with the cost in `squares`, and returns true. The product of the two is half the derivative of the cost, and
+    /// the square of the second half its second derivative on average over the noise.
     #[inline(always)]
-    pub(in crate::fit) fn differences(self, x: &Row, measured: &Row, difference: &mut Row, slope: &mut Row) {
+    pub(in crate::fit) fn differences(
+        self,
+        x: &Row,
+        wanted: Wanted<'_>,
+        difference: &mut Row,
+        slope: &mut Row,
+        squares: &mut Row,
+    ) -> bool {
+        let Wanted { measured, predicted } = wanted;
         let samples = x.iter().zip(measured).zip(difference.iter_mut().zip(slope.iter_mut()));
         match self.metric {
             Metric::L2 => {
@@ -132,8 +207,48 @@ impl Transform {
                     *slope = root * (1.0 - (2.0 / 3.0) * (g * g * root));
                 }
             }
+            Metric::UnbiasedCbrt => {
+                for ((((x, a), (difference, slope)), p), squares) in samples.zip(predicted).zip(squares) {
+                    let (c, per_c) = root_of_model(*x, self.noise_floor);
+                    (*squares, *slope) = unbiased(c, per_c, *a, *p);
+                    *difference = (c - a) * (a * a + a * c + c * c) * *slope;
+                }
+            }
         }
+        self.metric == Metric::UnbiasedCbrt
     }
+}
+
+/// g(x) of `unbiased-cbrt` for a measured or predicted x: the cube root of x + s.
+#[inline(always)]
+fn root_of_measured(x: f64, s: f64) -> f64 {
+    let u = x + s;
+    u * elementary::inverse_cbrt((u * u).greater(1e-100))
+}
+
+/// g(x) of `unbiased-cbrt` for the x of a model, and 1/g(x). x is negative only where the model's formula fails; there g is held above 0.
+#[inline(always)]
+fn root_of_model(x: f64, s: f64) -> (f64, f64) {
+    let u = (x + s).greater(1e-3 * s);
+    let inverse = elementary::inverse_cbrt(u);
+    (u * inverse * inverse, inverse)
+}
+
+/// The cost of `unbiased-cbrt` and the root of the weight w(x), for c = g(x), 1/c, a = g(x*), and p = g of the prediction.
+#[inline(always)]
+fn unbiased(c: f64, per_c: f64, a: f64, p: f64) -> (f64, f64) {
+    let k = KAPPA * p;
+    let u = c + k;
+    let b = a.greater(0.0) + k;
+    let per_both = 1.0 / (u * b);
+    let per_u = per_both * b;
+    let way = if a >= 0.0 {
+        (a - c) * (a - c) * (c * (c + 2.0 * a) * b + 3.0 * k * (a * a))
+    } else {
+        c * (c * c * c * b - a * a * a * (3.0 * c + 4.0 * k))
+    };
+    let root = ((ALPHA / 3.0) * (c + 2.0 * k) * u).sqrt();
+    (ALPHA * way * (per_both * per_u), root * per_c * (per_u * per_u))
 }
 
 #[cfg(test)]
@@ -149,14 +264,83 @@ mod tests {
 
     #[test]
     fn slopes_match_differences() {
-        for metric in Metric::ALL {
-            let transform = metric.transform(0.1);
+        for metric in [Metric::L2, Metric::Log, Metric::Cbrt] {
+            let transform = metric.transform(0.1, 1e-6);
             for x in [-0.3_f64, 0.0, 1e-8, 1e-3, 0.5, 40.0] {
                 let step = 1e-6 * (x.abs() + 1e-7);
                 let (above, below) = (transform.apply(x + step).0, transform.apply(x - step).0);
                 let slope = transform.apply(x).1;
                 approx::assert_relative_eq!((above - below) / (2.0 * step), slope, max_relative = 1e-5);
             }
+        }
+    }
+
+    /// The cost of `unbiased-cbrt` for the roots of model, measured and predicted value, and its weight.
+    fn cost_and_weight(c: f64, a: f64, p: f64) -> (f64, f64) {
+        let (cost, root) = unbiased(c, 1.0 / c, a, p);
+        (cost, root * root)
+    }
+
+    /// The cost is 2 int (x* - t) w(t) dt, by a second way of integration.
+    #[test]
+    fn the_unbiased_cost_is_the_integral_of_its_weight() {
+        let rule = crate::math::GaussLegendre::new(60);
+        for p in [1e-3, 0.2, 1.0, 7.0] {
+            for c in [0.01, 0.3, 0.999, 1.0, 4.0] {
+                for a in [-3.0_f64, -0.1, 0.0, 0.02, 0.9, 1.0, 5.0] {
+                    // In c, because t = c^3 - s and dt = 3 c^2 dc. In pieces, because p may be small.
+                    let end = a.max(0.0);
+                    let pieces = 200;
+                    let piece = (end - c) / f64::from(pieces);
+                    let density = |c: f64| (a.powi(3) - c.powi(3)) * cost_and_weight(c, a, p).1 * 3.0 * c * c;
+                    let integral: f64 = (0..pieces)
+                        .map(|k| {
+                            let low = c + piece * f64::from(k);
+                            piece * rule.integrate(0.0, 1.0, |t| density(low + t * piece))
+                        })
+                        .sum();
+                    let cost = cost_and_weight(c, a, p).0;
+                    approx::assert_relative_eq!(cost, 2.0 * integral, max_relative = 1e-9, epsilon = 1e-14);
+                }
+            }
+        }
+    }
+
+    /// Where neighbours predict exactly what is measured, cost and weight are those of `cbrt` to second order, and no factor beyond.
+    #[test]
+    fn without_noise_the_unbiased_cost_is_close_to_that_of_cbrt() {
+        for a in [1e-3, 0.4, 2.0] {
+            for ratio in [0.1, 0.5, 0.999, 1.001, 2.0, 10.0] {
+                let c = ratio * a;
+                let cost = cost_and_weight(c, a, a).0;
+                let of_cbrt = (a - c) * (a - c);
+                let slack = if (0.99..1.01).contains(&ratio) { 0.01 } else { 0.2 };
+                assert!((cost / of_cbrt - 1.0).abs() < slack, "{a}, {ratio}: {cost} for {of_cbrt}");
+            }
+        }
+    }
+
+    /// The weight does not depend on the measured value: the derivative of the cost is linear in it, so that noise has no mean effect.
+    #[test]
+    fn the_unbiased_slope_is_linear_in_the_measured_value() {
+        let transform = Metric::UnbiasedCbrt.transform(0.1, 0.01);
+        let slope = |x: f64, measured: f64| {
+            let cost = |x: f64| {
+                let (mut rows, mut wanted) = ([Row::filled(0.0); 3], [measured, 0.2].map(Row::filled));
+                wanted.iter_mut().for_each(|row| transform.apply_to(row));
+                let [difference, slope, squares] = &mut rows;
+                let wanted = Wanted { measured: &wanted[0], predicted: &wanted[1] };
+                assert!(transform.differences(&Row::filled(x), wanted, difference, slope, squares));
+                (squares[0], difference[0] * slope[0])
+            };
+            let step = 1e-6;
+            let by_difference = (cost(x + step).0 - cost(x - step).0) / (4.0 * step);
+            approx::assert_relative_eq!(by_difference, cost(x).1, max_relative = 1e-6, epsilon = 1e-8);
+            cost(x).1
+        };
+        for x in [0.003, 0.1, 0.9] {
+            let (low, middle, high) = (slope(x, -0.3), slope(x, 0.2), slope(x, 0.7));
+            approx::assert_relative_eq!(middle - low, high - middle, max_relative = 1e-12);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::kernels::ObservedBlock;
 use super::loss::weighted_quantile;
-use super::metric::{Metric, Transform};
+use super::metric::{Metric, Transform, Wanted};
 use crate::geometry::{BLOCK, Block, Row};
 use crate::math::count;
 use crate::measurement::Samples;
@@ -30,8 +30,12 @@ struct Target {
     transform: Transform,
     /// g(x*), by block.
     measured: Vec<Row>,
+    /// g of what the neighbours predict, by block; `None` if the metric makes no use of it.
+    predicted: Option<Vec<Row>>,
     /// 1/(sigma ci g'(x*)), by block; `None` unless weights are by sigma.
     precision: Option<Vec<Row>>,
+    /// The given standard deviations over the predicted ones, times 1/g' at the prediction; `None` if none are predicted.
+    noise: Option<Vec<Row>>,
 }
 
 /// Largest number of samples whose geometry is kept: it takes 80 bytes per sample.
@@ -82,7 +86,12 @@ impl<'a> Observed<'a> {
             let block = |index| observed.block(index, &mut Block::new()).clone();
             observed.blocks = (0..observed.roots.len()).map(block).collect();
         }
-        let target = |channel| counts(channel).then(|| observed.target(metric, channel));
+        // The geometry of many samples is not kept, but their cosines are needed for every channel.
+        let cosines: Vec<Row> = (0..observed.roots.len())
+            .into_par_iter()
+            .map_init(Block::new, |space, index| *observed.block(index, space).cos_i())
+            .collect();
+        let target = |channel| counts(channel).then(|| observed.target(metric, channel, &cosines));
         observed.targets = (0..samples.values.len()).map(target).collect();
         observed.magnitude2 =
             observed.targets.iter().flatten().map(|target| target.magnitude2(&observed.roots)).sum();
@@ -90,16 +99,16 @@ impl<'a> Observed<'a> {
     }
 
     /// The values that the model is compared with in a channel.
-    fn target(&self, metric: Metric, channel: usize) -> Target {
+    fn target(&self, metric: Metric, channel: usize, cosines: &[Row]) -> Target {
         let samples = self.samples;
         let values = &samples.values[channel];
         let (mut measured, sums): (Vec<Row>, Vec<(f64, f64)>) = values
             .par_chunks(BLOCK)
             .zip(samples.weights.par_chunks(BLOCK))
-            .enumerate()
-            .map_init(Block::new, |space, (index, (values, weights))| {
+            .zip(cosines)
+            .map(|((values, weights), cosines)| {
                 let mut x = row(values, 0.0);
-                for (x, cos) in x.iter_mut().zip(self.block(index, space).cos_i()) {
+                for (x, cos) in x.iter_mut().zip(cosines) {
                     *x = metric.measured(*x * cos);
                 }
                 let terms = x.iter().zip(weights);
@@ -113,27 +122,66 @@ impl<'a> Observed<'a> {
             .unzip();
         // The sums are added in order, so that the result does not depend on the threads.
         let (sum, total) = sums.iter().fold((0.0, 0.0), |(sum, total), (s, t)| (sum + s, total + t));
-        let transform = metric.transform(sum / total);
+        let noise_floor = samples.predicted.noise_floor(channel);
+        let transform = metric.transform(sum / total, noise_floor);
+        let arch = Arch::new();
+        let predicted = (metric == Metric::UnbiasedCbrt).then(|| {
+            let of_block = |(values, cosines): (&[f64], &Row)| {
+                let mut x = row(values, 0.0);
+                x.iter_mut().zip(cosines).for_each(|(x, cos)| *x *= cos);
+                arch.dispatch(Transformed { transform, x: &mut x });
+                x
+            };
+            let values = samples.predicted.values[channel].par_chunks(BLOCK);
+            values.zip(cosines).map(of_block).collect::<Vec<Row>>()
+        });
         let precision = samples.sigma.as_ref().map(|sigma| {
-            let sigma = &sigma[channel];
-            let of_block = |space: &mut Block, (index, (x, sigma)): (usize, (&Row, &[f64]))| {
+            let sigma = match &samples.predicted.sigma {
+                Some(predicted) if metric == Metric::UnbiasedCbrt => &predicted[channel],
+                _ => &sigma[channel],
+            };
+            let of_block = |(index, ((x, sigma), cosines)): (usize, ((&Row, &[f64]), &Row))| {
                 let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
-                transform.differences(x, &Row::filled(0.0), &mut transformed, &mut slopes);
+                match &predicted {
+                    Some(rows) => slopes
+                        .iter_mut()
+                        .zip(&rows[index])
+                        .for_each(|(slope, p)| *slope = 1.0 / (3.0 * p * p)),
+                    None => {
+                        let zero = Row::filled(0.0);
+                        let wanted = Wanted { measured: &zero, predicted: &zero };
+                        let mut squares = Row::filled(0.0);
+                        transform.differences(x, wanted, &mut transformed, &mut slopes, &mut squares);
+                    }
+                }
                 let mut precision = row(sigma, 1.0);
-                let entries = precision.iter_mut().zip(&slopes).zip(self.block(index, space).cos_i());
+                let entries = precision.iter_mut().zip(&slopes).zip(cosines);
                 entries.for_each(|((entry, slope), cos)| *entry = 1.0 / (*entry * cos * slope));
                 precision
             };
-            measured
-                .par_iter()
-                .zip(sigma.par_chunks(BLOCK))
-                .enumerate()
-                .map_init(Block::new, of_block)
-                .collect()
+            measured.par_iter().zip(sigma.par_chunks(BLOCK)).zip(cosines).enumerate().map(of_block).collect()
         });
-        let arch = Arch::new();
+        let noise = match (&samples.sigma, &samples.predicted.sigma, &predicted) {
+            (Some(given), Some(foreseen), Some(rows)) => {
+                let blocks = given[channel].chunks(BLOCK).zip(foreseen[channel].chunks(BLOCK)).zip(rows);
+                let of_block = |((given, foreseen), p): ((&[f64], &[f64]), &Row)| {
+                    let (mut noise, foreseen) = (row(given, 0.0), row(foreseen, 1.0));
+                    for ((noise, foreseen), p) in noise.iter_mut().zip(&foreseen).zip(p) {
+                        *noise *= 3.0 * p * p / foreseen;
+                    }
+                    noise
+                };
+                Some(blocks.map(of_block).collect())
+            }
+            _ => None,
+        };
         measured.par_iter_mut().for_each(|x| arch.dispatch(Transformed { transform, x }));
-        Target { transform, measured, precision }
+        Target { transform, measured, predicted, precision, noise }
+    }
+
+    /// Whether weights follow from other standard deviations than those given.
+    pub(in crate::fit) fn has_noise(&self) -> bool {
+        self.targets.iter().flatten().any(|target| target.noise.is_some())
     }
 
     /// Number of samples.
@@ -179,9 +227,13 @@ impl<'a> Observed<'a> {
     pub(super) fn channel_block(&self, channel: usize, index: usize) -> Option<ObservedBlock<'_>> {
         self.targets[channel].as_ref().map(|target| ObservedBlock {
             transform: target.transform,
-            measured: &target.measured[index],
+            wanted: Wanted {
+                measured: &target.measured[index],
+                predicted: target.predicted.as_ref().map_or(&target.measured[index], |rows| &rows[index]),
+            },
             roots: &self.roots[index],
             precision: target.precision.as_ref().map(|rows| &rows[index]),
+            noise: target.noise.as_ref().map(|rows| &rows[index]),
         })
     }
 
@@ -228,9 +280,7 @@ impl WithSimd for Transformed<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
-        self.transform.differences(self.x, &Row::filled(0.0), &mut transformed, &mut slopes);
-        *self.x = transformed;
+        self.transform.apply_to(self.x);
     }
 }
 

@@ -236,7 +236,7 @@ impl<T: Target> LeastSquares for PixelProblem<'_, T> {
         let formula = Formula::new(self.expression, &table, &self.layouts, &self.bases);
         let (triangle, cost) = self.compress(&self.render(&formula));
         let columns: Vec<usize> = (0..self.table.free().len()).collect();
-        Linearisation { cost, blocks: vec![triangle.as_rows(&columns)] }
+        Linearisation { cost, blocks: vec![triangle.as_rows(&columns)], costs: vec![cost] }
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {

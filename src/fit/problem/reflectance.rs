@@ -6,7 +6,7 @@
 //! solver receives one small triangle per channel.
 
 use super::formula::{Formula, Layout, Sums};
-use super::kernels::{ChannelBlock, ObservedBlock, Scratch};
+use super::kernels::{ChannelBlock, ObservedBlock, Rows, Scratch};
 use super::loss::{LossKind, Objective, robust_deviation};
 use super::observed::{BULK_OF_DATA, Observed};
 use crate::geometry::{BLOCK, Block, Row};
@@ -39,6 +39,8 @@ pub struct ReflectanceProblem<'a> {
 enum Pass<'r> {
     /// The linear model: J^T J and J^T r.
     Model,
+    /// sum s^2 J J^T with the standard deviations s that the file gives, the middle factor of a sandwich.
+    Noise,
     /// sum e^2 J J^T, the middle factor of the sandwich.
     Scatter {
         /// R of each channel, for which |R J_s|^2 is the leverage of sample s.
@@ -142,6 +144,13 @@ impl<'a> ReflectanceProblem<'a> {
         self.pass(x, Pass::Scatter { roots: &roots, typical })
     }
 
+    /// Rows whose products with themselves add up to the middle factor of the sandwich covariance at `x`, from the standard deviations
+    /// that the file gives; `None` if the weights follow from just these.
+    #[must_use]
+    pub(in crate::fit) fn given_noise(&self, x: &DVector<f64>) -> Option<Linearisation> {
+        self.observed.has_noise().then(|| self.pass(x, Pass::Noise))
+    }
+
     /// The robust standard deviation of the residuals at `x`, in the units of a loss's scale.
     #[must_use]
     pub fn residual_deviation(&self, x: &DVector<f64>) -> f64 {
@@ -182,8 +191,10 @@ impl<'a> ReflectanceProblem<'a> {
 
     /// Makes a pass over all samples and assembles the result.
     fn pass(&self, x: &DVector<f64>, kind: Pass<'_>) -> Linearisation {
-        self.gather(x, kind)
-            .map_or_else(|| Linearisation { cost: 0.0, blocks: Vec::new() }, |total| self.assemble(&total))
+        self.gather(x, kind).map_or_else(
+            || Linearisation { cost: 0.0, blocks: Vec::new(), costs: Vec::new() },
+            |total| self.assemble(&total),
+        )
     }
 
     /// The sums over all samples at `x`; `None` without samples.
@@ -213,7 +224,7 @@ impl<'a> ReflectanceProblem<'a> {
     fn assemble(&self, total: &Gathered) -> Linearisation {
         let channels = self.layouts.iter().zip(&total.triangles);
         let blocks = channels.map(|(layout, triangle)| triangle.as_rows(layout.columns()));
-        Linearisation { cost: total.cost, blocks: blocks.collect() }
+        Linearisation { cost: total.cost, blocks: blocks.collect(), costs: total.costs.clone() }
     }
 }
 
@@ -293,9 +304,10 @@ impl<'p, 'a> Context<'p, 'a> {
             reflectance: sums.reflectance(),
             columns: sums.columns(),
             scratch,
-            sandwich: match self.kind {
-                Pass::Model => None,
-                Pass::Scatter { roots, typical } => Some((&roots[channel], typical)),
+            rows: match self.kind {
+                Pass::Model => Rows::Model,
+                Pass::Noise => Rows::Noise,
+                Pass::Scatter { roots, typical } => Rows::Scatter { root: &roots[channel], typical },
             },
         }
     }

@@ -155,7 +155,8 @@ impl Covariance {
     pub(super) fn new(
         table: &ParameterTable,
         model: &Linearisation,
-        scatter: Option<impl FnOnce(&Arrow) -> Linearisation>,
+        method: Method,
+        scatter: impl FnOnce(&Arrow) -> Option<Linearisation>,
         dof: f64,
     ) -> Option<Self> {
         let all: Vec<(usize, usize)> = table.free().iter().copied().enumerate().collect();
@@ -167,8 +168,7 @@ impl Covariance {
         }
         let bounded = inside.len() < n;
         let inside = Known::new(table, model, n, &inside)?;
-        let method = if scatter.is_some() { Method::Sandwich } else { Method::Absolute };
-        let scatter = scatter.map(|scatter| scatter(&inside.arrow));
+        let scatter = scatter(&inside.arrow);
         if !scatter.as_ref().is_none_or(Linearisation::is_finite) {
             return None;
         }

@@ -2,7 +2,7 @@
 
 use crate::fit::problem::formula::{Term, reflectance};
 use crate::fit::problem::kernels::sum;
-use crate::fit::problem::metric::Metric;
+use crate::fit::problem::metric::{Metric, Transform, Wanted};
 use crate::fit::problem::observed::row;
 use crate::geometry::{Block, Row};
 use crate::math::{Real, Scalar, count};
@@ -22,6 +22,8 @@ pub struct Errors {
     pub log: f64,
     /// Root mean square of the differences of cbrt(x).
     pub cbrt: f64,
+    /// The root mean square of what `unbiased-cbrt` minimises.
+    pub unbiased_cbrt: f64,
     /// Mean |ln((F q + e)/(F* q + e))|, F = max(f, 0), q = max(cos_i cos_o, e), e = 1e-3.
     pub log_ratio: f64,
     /// Sum |x - x*| / sum x*; `None` if the denominator is not positive.
@@ -36,6 +38,7 @@ impl Errors {
             Metric::L2 => self.l2,
             Metric::Log => self.log,
             Metric::Cbrt => self.cbrt,
+            Metric::UnbiasedCbrt => self.unbiased_cbrt,
         }
     }
 }
@@ -55,7 +58,7 @@ const LOG_RATIO_OFFSET: f64 = 1e-3;
 /// Weighted sums over the samples of one channel.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    squares: [f64; 3],
+    squares: [f64; 4],
     log_ratio: f64,
     difference: f64,
     measured: f64,
@@ -72,11 +75,12 @@ impl Sums {
     }
 
     fn errors(&self, weight: f64) -> Errors {
-        let [l2, log, cbrt] = self.squares.map(|sum| (sum / weight).sqrt());
+        let [l2, log, cbrt, unbiased_cbrt] = self.squares.map(|sum| (sum / weight).sqrt());
         Errors {
             l2,
             log,
             cbrt,
+            unbiased_cbrt,
             log_ratio: self.log_ratio / weight,
             relative: (self.measured > 0.0).then(|| self.difference / self.measured),
         }
@@ -86,7 +90,18 @@ impl Sums {
 /// Compares the model at the values in `table` with the samples.
 #[must_use]
 pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable) -> ErrorTable {
+    score_but(expression, samples, table, None)
+}
+
+/// The same, where `known` has the mean square in `unbiased-cbrt` of each channel, if that is known.
+pub(super) fn score_but(
+    expression: &Expression,
+    samples: &Samples,
+    table: &ParameterTable,
+    known: Option<&[f64]>,
+) -> ErrorTable {
     let channels = samples.values.len();
+    assert_eq!(samples.predicted.values.len(), channels, "predictions of every channel");
     let all_values: Vec<_> = (0..channels).map(|channel| table.formula_values(channel)).collect();
     let terms: Vec<Vec<Term>> = all_values
         .iter()
@@ -112,17 +127,22 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
                 samples.directions.fill(range.clone(), &mut block);
                 bases.iter_mut().for_each(BasisBlock::forget);
                 let weights = row(&samples.weights[range.clone()], 0.0);
-                let of_channels = all_values.iter().zip(&terms).zip(&samples.values).zip(&mut sums);
-                for (((values, terms), measured), sums) in of_channels {
+                let predicted = samples.predicted.values.iter().zip(&samples.predicted.noise_floors);
+                let of_channels =
+                    all_values.iter().zip(&terms).zip(&samples.values).zip(predicted).zip(&mut sums);
+                for ((((values, terms), measured), (predicted, noise_floor)), sums) in of_channels {
                     for ((lobe, values), basis) in expression.lobes().iter().zip(values).zip(&mut bases) {
                         lobe.model.evaluate(&block, &values.shapes, Derivatives::None, basis);
                     }
                     let measured = row(&measured[range.clone()], 0.0);
+                    let predicted = row(&predicted[range.clone()], 0.0);
+                    let transform = Metric::UnbiasedCbrt.transform(0.0, *noise_floor);
                     let part = Comparison {
                         block: &block,
                         bases: &bases,
                         terms,
                         measured: &measured,
+                        unbiased: known.is_none().then_some((&predicted, transform)),
                         weights: &weights,
                     };
                     sums.add(&arch.dispatch(part));
@@ -136,6 +156,9 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
         sums.iter_mut().zip(part).for_each(|(sum, part)| sum.add(part));
     }
     let weight: f64 = samples.weights.iter().sum();
+    for (sums, known) in sums.iter_mut().zip(known.into_iter().flatten()) {
+        sums.squares[3] = known * weight;
+    }
     let mut all = Sums::default();
     let live: Vec<&Sums> =
         sums.iter().zip(&samples.dead).filter(|(_, dead)| !**dead).map(|(sum, _)| sum).collect();
@@ -155,6 +178,8 @@ struct Comparison<'a> {
     bases: &'a [BasisBlock],
     terms: &'a [Term],
     measured: &'a Row,
+    /// The predicted f and the transform of `unbiased-cbrt`; `None` if its error is known.
+    unbiased: Option<(&'a Row, Transform)>,
     /// The weights; 0 if there is no sample.
     weights: &'a Row,
 }
@@ -164,7 +189,7 @@ impl WithSimd for Comparison<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Sums {
-        let Self { block, bases, terms, measured, weights } = self;
+        let Self { block, bases, terms, measured, weights, unbiased } = self;
         let (mut f, mut x, mut target) = (Row::filled(0.0), Row::filled(0.0), Row::filled(0.0));
         sum(bases, terms, &mut f);
         let samples = x.iter_mut().zip(&mut target).zip(&f).zip(measured).zip(block.cos_i());
@@ -172,8 +197,8 @@ impl WithSimd for Comparison<'_> {
             *x = f * cos_i;
             *target = measured * cos_i;
         }
-        let mut squares = [0.0; Metric::ALL.len()];
-        for (sum, metric) in squares.iter_mut().zip(Metric::ALL) {
+        let mut squares = [0.0; 4];
+        for (sum, metric) in squares.iter_mut().zip([Metric::L2, Metric::Log, Metric::Cbrt]) {
             let (mut model, mut wanted) = (x, Row::filled(0.0));
             for (wanted, target) in wanted.iter_mut().zip(&target) {
                 *wanted = metric.measured(*target);
@@ -184,6 +209,19 @@ impl WithSimd for Comparison<'_> {
                 *model = (*model - wanted) * (*model - wanted);
             }
             *sum = dot(&model, weights);
+        }
+        if let Some((predicted, transform)) = unbiased {
+            let mut predicted_x = Row::filled(0.0);
+            for ((x, f), cos_i) in predicted_x.iter_mut().zip(predicted).zip(block.cos_i()) {
+                *x = f * cos_i;
+            }
+            let mut measured_x = target;
+            transform.apply_to(&mut predicted_x);
+            transform.apply_to(&mut measured_x);
+            let wanted = Wanted { measured: &measured_x, predicted: &predicted_x };
+            let mut costs = Row::filled(0.0);
+            transform.differences(&x, wanted, &mut Row::filled(0.0), &mut Row::filled(0.0), &mut costs);
+            squares[3] = dot(&costs, weights);
         }
 
         let (mut ratios, mut differences) = (Row::filled(0.0), Row::filled(0.0));

@@ -81,7 +81,9 @@ pub(in crate::fit) fn split(
     let mut fitted = samples.at(&groups.samples_of(|group| !is_out(group)));
     fitted.dropped.insert("held-out", out.len());
     let theta_i_deg = left_out.iter().map(|group| groups.theta_i_deg[*group]).collect();
-    Ok((fitted, LeftOut { samples: samples.at(&out), theta_i_deg }))
+    // What was left out has no say in the fit, not even in its weights.
+    let left_out = samples.at(&out).with_predictions();
+    Ok((fitted.with_predictions(), LeftOut { samples: left_out, theta_i_deg }))
 }
 
 /// Draws `fraction` of the numbers below `n`, at least one and at most all but one, in ascending order.

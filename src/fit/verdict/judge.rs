@@ -1,14 +1,16 @@
 //! Computes everything that follows from the parameters found: errors, covariance, criteria, warnings.
 
 use super::bootstrap::Resampled;
-use super::covariance::Covariance;
-use super::errors::{ErrorTable, score};
+use super::covariance::{Covariance, Method};
+use super::errors::{ErrorTable, score_but};
 use super::result::{Fit, Selection, selection};
+use super::saturation::saturated;
 use super::warning::{Unusable, Warning};
 use super::warnings;
 use crate::error::Error;
 use crate::fit::options::SigmaScale;
 use crate::fit::problem::loss::{LossKind, Objective};
+use crate::fit::problem::metric::Metric;
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::fit::search::best_start::SearchOutcome;
 use crate::fit::task::Task;
@@ -23,7 +25,7 @@ const CHECK_SAMPLES: usize = 1500;
 /// Largest number of iterations of such a trial.
 const CHECK_ITERATIONS: u64 = 30;
 /// Freeing a parameter is worth a warning if it lowers the cost by more than this fraction.
-const WORTH_FREEING: f64 = 0.1;
+const WORTH_FREEING: f64 = 0.2;
 /// If a loss leaves a parameter less than this fraction of its information, it treats the samples that determine the
 /// parameter as outliers.
 const LEAST_INFORMATION: f64 = 0.1;
@@ -58,7 +60,8 @@ impl Task<'_> {
     ) -> Result<Fit, Error> {
         // The errors of the model, and whether there are enough residuals to determine the parameters.
         let samples = self.samples;
-        let errors = score(self.expression, samples, &table);
+        let known = self.known_squares(&solution, found.objective);
+        let errors = score_but(self.expression, samples, &table, known.as_deref());
         let counts = Counts::new(problem.residuals(), table.free().len());
         let unusable = unusable(&solution, &counts, &errors);
 
@@ -76,13 +79,17 @@ impl Task<'_> {
 
         // Criteria that weigh the error against the number of parameters.
         let Counts { n, free, dof, freedom } = counts;
-        let reduced_chi2 = (absolute && dof > 0).then(|| solution.cost / freedom);
+        let likelihood = if absolute && self.options.metric == Metric::UnbiasedCbrt {
+            self.chi_square_of(samples, &table)
+        } else {
+            solution.cost
+        };
+        let reduced_chi2 = (absolute && dof > 0).then(|| likelihood / freedom);
         let covariance = match (self.options.sigma_scale, reduced_chi2) {
             (SigmaScale::Auto, Some(chi2)) => covariance.map(|covariance| covariance.scaled(chi2, freedom)),
             _ => covariance,
         };
-        let selection =
-            if robust { Selection::default() } else { selection(solution.cost, n, free, absolute) };
+        let selection = if robust { Selection::default() } else { selection(likelihood, n, free, absolute) };
 
         let misfit = self.misfit(&table, reduced_chi2, errors.all.relative);
         let mut fit = Fit {
@@ -116,16 +123,28 @@ impl Task<'_> {
         // The warnings.
         let mut warnings = self.general_warnings(&fit);
         warnings.extend(warnings::misfit(&fit));
+        warnings.extend(self.biased(&fit, found.objective)?);
         warnings.extend(warnings::strengths(&fit));
         warnings.extend(warnings::at_bounds(&fit));
         warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
         warnings.extend(warnings::ties(&fit));
         warnings.extend(warnings::discarded(&fit));
-        if fit.unusable.is_none() {
+        // A model that fits needs no other parameters.
+        let fits = fit.misfit.is_some_and(|misfit| !misfit.is_significant());
+        if fit.unusable.is_none() && !fits {
             warnings.extend(self.worth_freeing(&fit.table, found.objective)?);
         }
         fit.warnings = warnings;
         Ok(fit)
+    }
+
+    /// The mean square in `unbiased-cbrt` of each channel, if it is what was minimised.
+    fn known_squares(&self, solution: &Solution, objective: Objective) -> Option<Vec<f64>> {
+        let samples = self.samples;
+        let minimised = objective == Objective::from(Metric::UnbiasedCbrt) && samples.sigma.is_none();
+        let costs = &solution.linearisation.costs;
+        let all_count = costs.len() == samples.values.len() && !samples.dead.contains(&true);
+        (minimised && all_count).then(|| costs.iter().map(|cost| cost * count(costs.len())).collect())
     }
 
     /// The covariance by the formula; `None` if the fit was cut short, because then it is not at a minimum.
@@ -142,10 +161,16 @@ impl Task<'_> {
             return None;
         }
         let typical = (solution.cost / counts.freedom).sqrt();
-        let scatter = (!absolute).then_some(|inverse: &Arrow| {
-            problem.scatter(&solution.x, |columns| inverse.root(columns), typical)
-        });
-        let mut covariance = Covariance::new(table, &solution.linearisation, scatter, counts.freedom)?;
+        let scatter = |inverse: &Arrow| {
+            if absolute {
+                problem.given_noise(&solution.x)
+            } else {
+                Some(problem.scatter(&solution.x, |columns| inverse.root(columns), typical))
+            }
+        };
+        let method = if absolute { Method::Absolute } else { Method::Sandwich };
+        let mut covariance =
+            Covariance::new(table, &solution.linearisation, method, scatter, counts.freedom)?;
         if robust {
             covariance.discard(self.discarded(table, solution));
         }
@@ -169,7 +194,7 @@ impl Task<'_> {
         if let Some(reason) = &fit.unusable {
             warnings.push(Warning::NotUsable(*reason));
         }
-        warnings.extend(warnings::saturated(fit.table.channels(), self.samples));
+        warnings.extend(saturated(fit.table.channels(), self.samples, self.options.loss));
         for (index, row) in fit.table.rows().iter().enumerate().filter(|(_, row)| row.held) {
             // What is fixed by default is worth a word only if the user wanted to fit it.
             let Some(isotropy) = row.spec.isotropy.filter(|_| row.overruled || !row.spec.fixed) else {
@@ -203,8 +228,10 @@ impl Task<'_> {
         let held = self.polish(&check_samples, table.clone(), objective, CHECK_ITERATIONS)?.cost;
         for row in doubted {
             let freed = table.with_freed(table.places(row.lobe, row.parameter));
-            let loose = self.polish(&check_samples, freed, objective, CHECK_ITERATIONS)?.cost;
-            if loose < (1.0 - WORTH_FREEING) * held {
+            let solution = self.polish(&check_samples, freed.clone(), objective, CHECK_ITERATIONS)?;
+            let (loose, mut there) = (solution.cost, freed);
+            there.set_coordinates(solution.x.as_slice());
+            if loose < (1.0 - WORTH_FREEING) * held && leads_somewhere(&there, row) {
                 warnings.push(Warning::WorthFreeing {
                     parameter: table.parameter_name(row),
                     value: row.value,
@@ -214,6 +241,17 @@ impl Task<'_> {
         }
         Ok(warnings)
     }
+}
+
+/// Whether a parameter that was freed found a value of its own: within its bounds in every channel and, for a strength of a surface
+/// lobe, without the lobe reflecting more than its facets receive.
+fn leads_somewhere(table: &ParameterTable, row: &ParameterRow) -> bool {
+    let strength = table.scales(row.lobe);
+    table.places(row.lobe, row.parameter).iter().all(|index| {
+        let freed = &table.rows()[*index];
+        let too_strong = strength.contains(index) && freed.value > 1.0;
+        !(freed.at_lower() || freed.at_upper() || too_strong)
+    })
 }
 
 /// Why a result must not be used; `None` if it may be used.

@@ -7,6 +7,7 @@
 //! what is seen is no noise, but the model's own error changing slowly from sample to sample.
 
 use crate::fit::problem::loss::Objective;
+use crate::fit::problem::metric::Metric;
 use crate::fit::problem::observed::Observed;
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::fit::task::Task;
@@ -132,8 +133,13 @@ struct Residuals {
 
 impl Residuals {
     /// The residuals of `some` samples, which are those at the indices `chosen`.
-    fn new(task: &Task<'_>, some: Samples, chosen: Vec<usize>, table: &ParameterTable) -> Self {
-        let metric = task.options.metric;
+    fn new(
+        task: &Task<'_>,
+        some: Samples,
+        chosen: Vec<usize>,
+        table: &ParameterTable,
+        metric: Metric,
+    ) -> Self {
         let observed = Arc::new(Observed::new(&some, metric));
         let problem =
             ReflectanceProblem::of(task.expression, observed, table.clone(), Objective::from(metric));
@@ -185,7 +191,7 @@ impl Task<'_> {
         if chosen.len() < LEAST_PAIRS {
             return None;
         }
-        let residuals = Residuals::new(self, samples.at(&chosen), chosen.clone(), table);
+        let residuals = Residuals::new(self, samples.at(&chosen), chosen.clone(), table, self.options.metric);
         let worst = worst(samples, &residuals);
         let by_chance = |n: usize| 1.0 + SIGNIFICANT * (3.0 / count(n.max(1))).sqrt();
         let limit = |n: usize| by_chance(n).sqrt().max(LEAST_RATIO);
@@ -224,11 +230,21 @@ impl Task<'_> {
 
     /// The mean square of the residuals in the standard deviations of the file; `None` if it gives none.
     fn chi_square(&self, table: &ParameterTable) -> Option<f64> {
-        let with_sigma = self.with_sigma?;
-        let all: Vec<usize> = (0..with_sigma.len()).collect();
-        let residuals = Residuals::new(self, with_sigma.clone(), all, table);
-        let values: Vec<f64> = residuals.rows.concat();
-        (!values.is_empty()).then(|| values.iter().map(|r| r * r).sum::<f64>() / count(values.len()))
+        let values = self.standardised(self.with_sigma?, table);
+        (!values.is_empty()).then(|| sum_of_squares(&values) / count(values.len()))
+    }
+
+    /// The sum of the squares of the residuals in the standard deviations of the samples, which must have some.
+    pub(super) fn chi_square_of(&self, samples: &Samples, table: &ParameterTable) -> f64 {
+        sum_of_squares(&self.standardised(samples, table))
+    }
+
+    /// The residuals in the standard deviations of the samples.
+    fn standardised(&self, samples: &Samples, table: &ParameterTable) -> Vec<f64> {
+        // Whatever was minimised: other metrics bend the noise.
+        let metric = Metric::L2;
+        let all: Vec<usize> = (0..samples.len()).collect();
+        Residuals::new(self, samples.clone(), all, table, metric).rows.concat()
     }
 
     /// The residuals in units of the measured values; `None` if a value is 0 or below.
@@ -239,8 +255,12 @@ impl Task<'_> {
         }
         let sigma = Some(some.values.clone());
         let relative = Samples { sigma, weighting: Weighting::Sigma, weights: vec![1.0; some.len()], ..some };
-        Some(Residuals::new(self, relative, chosen.to_vec(), table))
+        Some(Residuals::new(self, relative, chosen.to_vec(), table, self.options.metric))
     }
+}
+
+fn sum_of_squares(values: &[f64]) -> f64 {
+    values.iter().map(|r| r * r).sum()
 }
 
 /// The region in which the mean square of the residuals is largest; `None` if no region has enough samples.

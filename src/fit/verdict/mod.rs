@@ -4,6 +4,7 @@
 // number.
 #![allow(clippy::indexing_slicing)]
 
+mod bias;
 pub(super) mod bootstrap;
 pub(super) mod covariance;
 pub(super) mod errors;
@@ -12,5 +13,6 @@ pub(super) mod hold_out;
 mod judge;
 pub(super) mod misfit;
 pub(super) mod result;
+mod saturation;
 pub(super) mod warning;
 mod warnings;

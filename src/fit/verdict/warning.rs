@@ -111,15 +111,24 @@ pub enum Warning {
         /// Ratio of the largest to the smallest singular value.
         condition: f64,
     },
-    /// Channels whose largest value many samples share, as if the detector had been saturated.
+    /// Channels whose largest value several directions share, as if the detector had been saturated.
     Saturated {
         /// One entry per channel.
         channels: Vec<Saturated>,
+        /// Whether a robust loss makes up for it: none is used, and few samples are cut off.
+        loss_helps: bool,
     },
     /// Parameters whose standard errors are not given, since the loss discards the samples that determine them.
     LossDiscards {
         /// Full names.
         parameters: Vec<String>,
+    },
+    /// Parameters that noise biases, because the metric bends it.
+    Bias {
+        /// The metric.
+        metric: Metric,
+        /// The parameters, the most biased first.
+        parameters: Vec<Biased>,
     },
     /// The model is farther from the data than their noise explains.
     Misfit(Misfit),
@@ -242,6 +251,17 @@ pub enum NotSeparated {
     ),
 }
 
+/// How far noise biases a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Biased {
+    /// Its full name.
+    pub parameter: String,
+    /// The bias in per cent of its value.
+    pub percent: f64,
+    /// The bias in standard errors; `None` if it has none because noise has driven it to a bound.
+    pub errors: Option<f64>,
+}
+
 /// Samples of a channel that share its largest value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Saturated {
@@ -286,6 +306,7 @@ impl Warning {
             Self::NotResampled | Self::ResamplingCutShort { .. } => WarningKind::Resampling,
             Self::TargetMissed { .. } => WarningKind::TargetMissed,
             Self::DefaultUsed { .. } => WarningKind::DefaultUsed,
+            Self::Bias { .. } => WarningKind::Bias,
             Self::Misfit(_) => WarningKind::Misfit,
             Self::ChiSquare { .. } => WarningKind::ChiSquare,
         }
@@ -310,6 +331,7 @@ impl Warning {
             | Self::IllConditioned { parameters, .. }
             | Self::LossDiscards { parameters }
             | Self::DefaultUsed { parameters } => parameters.first().map(String::as_str),
+            Self::Bias { parameters, .. } => parameters.first().map(|biased| biased.parameter.as_str()),
             Self::NotUsable(_)
             | Self::Data(_)
             | Self::Saturated { .. }
@@ -355,6 +377,10 @@ impl Warning {
             Self::NotUsable(Unusable::Timeout) | Self::ResamplingCutShort { .. } => {
                 vec![suggestion(OptionName::Timeout, String::new())]
             }
+            Self::Bias { .. } => vec![suggestion(OptionName::Metric, Metric::UnbiasedCbrt.name().to_owned())],
+            Self::Saturated { loss_helps: true, .. } => {
+                vec![suggestion(OptionName::Loss, "cauchy".to_owned())]
+            }
             Self::ChiSquare { .. } => vec![suggestion(OptionName::SigmaScale, "auto".to_owned())],
             Self::AtBound { .. }
             | Self::Misfit(_)
@@ -367,6 +393,9 @@ impl Warning {
         }
     }
 }
+
+/// Largest number of biased parameters that a warning names.
+const LISTED: usize = 3;
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -393,6 +422,25 @@ impl fmt::Display for Warning {
                 "the fitted model reflects {albedo:.4} of the light that arrives at {theta_i_deg:.0} degrees in channel \
                  {channel}: check the scale of the measurement, or bound the strengths"
             ),
+            Self::Bias { metric, parameters } => {
+                write!(f, "noise biases fits in {} here, this parameter by about ", metric.name())?;
+                for (index, Biased { parameter, percent, errors }) in
+                    parameters.iter().take(LISTED).enumerate()
+                {
+                    if index > 0 {
+                        write!(f, ", {parameter} by ")?;
+                    }
+                    write!(f, "{percent:+.2} % ")?;
+                    match errors {
+                        Some(errors) => write!(f, "({errors:+.1} standard errors)")?,
+                        None => f.write_str("(to its bound)")?,
+                    }
+                }
+                if let Some(more) = parameters.len().checked_sub(LISTED).filter(|more| *more > 0) {
+                    write!(f, ", and {more} more")?;
+                }
+                f.write_str(": fit in a metric that noise does not bias")
+            }
             Self::Misfit(misfit) => {
                 let what = match (misfit.ratio, misfit.source) {
                     (Some(ratio), Some(source)) => {
@@ -467,13 +515,14 @@ impl fmt::Display for Warning {
                  one of them",
                 parameters.join(", ")
             ),
-            Self::Saturated { channels } => {
+            Self::Saturated { channels, loss_helps } => {
                 let listed: Vec<String> = channels.iter().map(ToString::to_string).collect();
                 write!(
                     f,
                     "{}, the largest value of all, as if the detector had been saturated: a peak that is cut off looks \
-                     wider than it is; leave these samples out, or measure them with less light",
-                    listed.join(", ")
+                     wider than it is; leave these samples out, or measure them with less light{}",
+                    listed.join(", "),
+                    if *loss_helps { ", or fit with a loss that takes them for outliers" } else { "" }
                 )
             }
             Self::LossDiscards { parameters } => write!(
@@ -595,6 +644,7 @@ fn this_and(parameters: &[String]) -> String {
 #[expect(missing_docs, reason = "docs/use/report.md has what each means and what to do")]
 pub enum WarningKind {
     AtBound,
+    Bias,
     ChiSquare,
     Correlated,
     DeadChannel,
@@ -623,6 +673,7 @@ impl WarningKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::AtBound => "at-bound",
+            Self::Bias => "bias",
             Self::ChiSquare => "chi-square",
             Self::Correlated => "correlated",
             Self::DeadChannel => "dead-channel",

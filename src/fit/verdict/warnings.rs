@@ -2,7 +2,7 @@
 
 use super::misfit::Misfit;
 use super::result::Fit;
-use super::warning::{AtBound, NotSeparated, Saturated, Side, Warning};
+use super::warning::{AtBound, NotSeparated, Side, Warning};
 use crate::fit::search::scan::Profile;
 use crate::geometry::direction;
 use crate::health::{Integral, Quadrature, directional_albedo};
@@ -21,13 +21,6 @@ const FRESNEL_REACH_DEG: f64 = 70.0;
 const STRONG_WITH_BASE: f64 = 0.95;
 /// Above this ratio of singular values, some combination of parameters is known far worse than the others.
 const ILL_CONDITIONED: f64 = 1e3;
-/// Least number of samples that must share the largest value of a channel to be taken as cut off.
-const CUT_OFF: usize = 10;
-/// Least fraction of all samples that must share that value.
-const CUT_OFF_SHARE: f64 = 1e-3;
-/// If the largest value is less than this many times the mean, the material is almost evenly bright and nothing was
-/// cut off.
-const STANDS_OUT: f64 = 1.01;
 /// A relative difference in cost below this is not significant, however good the data are.
 const COST_RESOLUTION: f64 = 1e-3;
 /// At the end of a 95 % interval, twice the log-likelihood has fallen by this much.
@@ -351,23 +344,6 @@ fn ill_conditioned(fit: &Fit) -> Option<Warning> {
     let covariance = fit.covariance.as_ref().filter(|c| c.condition > ILL_CONDITIONED)?;
     let parameters = some_names_of(fit, &covariance.weakest)?;
     Some(Warning::IllConditioned { parameters, condition: covariance.condition })
-}
-
-/// Warns of channels in which many samples share the largest value, as if the detector had been saturated.
-pub(super) fn saturated(channels: &[String], samples: &Samples) -> Option<Warning> {
-    let mut found: Vec<Saturated> = Vec::new();
-    for (channel, row) in channels.iter().zip(&samples.values) {
-        let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let mean = row.iter().sum::<f64>() / count(row.len().max(1));
-        let cut_off = row.iter().filter(|value| **value >= largest).count();
-        if cut_off >= CUT_OFF
-            && count(cut_off) >= CUT_OFF_SHARE * count(row.len())
-            && largest > STANDS_OUT * mean
-        {
-            found.push(Saturated { channel: channel.clone(), samples: cut_off, value: largest });
-        }
-    }
-    (!found.is_empty()).then_some(Warning::Saturated { channels: found })
 }
 
 /// Warns of parameters whose samples the loss discards.

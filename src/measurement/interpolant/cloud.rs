@@ -78,7 +78,7 @@ const WORSE: f64 = 1.1;
 /// Number of samples left out to choose the symmetry.
 const JUDGES: usize = 500;
 /// Squared distance below which points coincide: an angle of about 1e-7, or of 1e-14 from the mirror direction.
-const SAME: f64 = 1e-14;
+pub(super) const SAME: f64 = 1e-14;
 /// Distance below which two light directions are the same.
 const SAME_LIGHT: f64 = 1e-3;
 /// The ridge, as a fraction of the samples' mean square distance.
@@ -216,6 +216,47 @@ impl Cloud {
         };
         spread(self.pairs.len(), most).filter_map(error).collect()
     }
+}
+
+/// The values of every sample as the others predict them that do not coincide with it, by row; its own where there are no others.
+pub(in crate::measurement) fn leave_each_out(
+    pairs: &[Pair],
+    rows: &[Vec<f64>],
+    isotropic: bool,
+) -> Vec<Vec<f64>> {
+    /// Number of samples that one thread predicts at a time.
+    const PART: usize = 256;
+    let symmetry = Symmetry { isotropic, reciprocal: false };
+    let cloud = Cloud {
+        channels: rows.len(),
+        pairs: Vec::new(),
+        roots: by_sample(rows, pairs.len(), f64::cbrt),
+        symmetry,
+        tree: tree(pairs, symmetry),
+        reach: Vec::new(),
+        lowest: (0.0, 0.0),
+    };
+    let of_part = |part: &[Pair]| {
+        let (mut room, mut f) = (Room::default(), vec![0.0; rows.len()]);
+        let mut found: Vec<Option<Vec<f64>>> = Vec::with_capacity(part.len());
+        for pair in part {
+            let q = place(pair, symmetry);
+            cloud.tree.nearest(&q, NEAREST + 1, |near| near.square > SAME, &mut room.found);
+            found.push((!room.found.is_empty()).then(|| {
+                cloud.value(&q, &mut room, &mut f);
+                f.clone()
+            }));
+        }
+        found
+    };
+    let parts: Vec<Vec<Option<Vec<f64>>>> = pairs.par_chunks(PART).map(of_part).collect();
+    let mut predicted = rows.to_vec();
+    for (sample, found) in parts.iter().flatten().enumerate() {
+        for (row, f) in predicted.iter_mut().zip(found.iter().flatten()) {
+            row.iter_mut().skip(sample).take(1).for_each(|place| *place = *f);
+        }
+    }
+    predicted
 }
 
 /// Applies `transform` to the values of rows, one row per channel, and rearranges them so that all channels of a sample

@@ -11,12 +11,15 @@
 
 mod cells;
 mod cloud;
+mod curve;
 mod half_difference;
 mod left_out;
 mod neighbours;
 mod tree;
 
 pub use cloud::Symmetry;
+pub(super) use cloud::leave_each_out;
+pub(super) use curve::leave_each_out_along_curve;
 pub use left_out::{LeaveOut, LeftOut};
 pub(crate) use neighbours::{Neighbours, Twins};
 

@@ -409,7 +409,10 @@ mod tests {
             Rows { columns, jacobian, residual: DVector::zeros(6) }
         };
         let blocks: Vec<Rows> = (0..blocks).map(of_block).collect();
-        (Linearisation { cost: 1.0, blocks }, first + shared + usize::from(has(Defect::Orphan)))
+        (
+            Linearisation { cost: 1.0, blocks, costs: Vec::new() },
+            first + shared + usize::from(has(Defect::Orphan)),
+        )
     }
 
     /// The selected columns of the whole Jacobian, or of other rows, in units of `lengths`.
