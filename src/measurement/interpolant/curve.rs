@@ -10,7 +10,7 @@
 )]
 
 use super::cloud::{SAME, Symmetry, place};
-use super::tree::Point;
+use super::tree::{Point, square};
 use crate::geometry::Pair;
 use rayon::prelude::*;
 
@@ -31,10 +31,7 @@ pub(in crate::measurement) fn leave_each_out_along_curve(
     let order = along_curve(&points);
     let near = |position: usize| -> [usize; 2 * SIDE] {
         let own = order[position];
-        let differs = |other: &usize| {
-            let square: f64 = points[own].iter().zip(&points[*other]).map(|(a, b)| (a - b) * (a - b)).sum();
-            square > SAME
-        };
+        let differs = |other: &usize| square(&points[own], &points[*other]) > SAME;
         let after = order.iter().skip(position + 1).take(REACH).copied().filter(differs).take(SIDE);
         let before = order[..position].iter().rev().take(REACH).copied().filter(differs).take(SIDE);
         let mut near = [own; 2 * SIDE];

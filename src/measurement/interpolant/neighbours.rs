@@ -1,6 +1,6 @@
 //! Pairs of samples whose values should be alike: next to each other, in the same directions, or exchanged.
 
-use super::cloud::{Symmetry, place};
+use super::cloud::{SAME, Symmetry, place};
 use super::tree::{Near, Tree};
 use crate::geometry::{Azimuths, Directions, Pair};
 use rayon::prelude::*;
@@ -27,8 +27,6 @@ const MOST_SAMPLES: usize = 20_000;
 const MOST_QUERIES: usize = 2000;
 /// Which of the neighbours is the one farther away.
 const FAR: usize = 5;
-/// Squared distance below which directions are the same.
-const SAME: f64 = 1e-14;
 /// Number of consecutive cells of a grid that are looked at together.
 const RUN: usize = 40;
 

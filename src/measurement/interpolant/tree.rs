@@ -86,7 +86,8 @@ fn worst(found: &[Near], k: usize) -> f64 {
     if found.len() < k { f64::INFINITY } else { found.last().map_or(f64::INFINITY, |near| near.square) }
 }
 
-fn square(a: &Point, b: &Point) -> f64 {
+/// The squared distance of two points.
+pub(super) fn square(a: &Point, b: &Point) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
