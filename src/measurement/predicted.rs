@@ -108,7 +108,7 @@ fn along_rows(cells: &[u32], rows: &[&Vec<f64>]) -> Option<Vec<Vec<f64>>> {
         return None;
     }
     let predict = |row: &&Vec<f64>| -> Vec<f64> {
-        let mut predicted = row.to_vec();
+        let mut predicted = vec![0.0; row.len()];
         predicted.par_chunks_mut(PART).enumerate().for_each(|(part, predicted)| {
             // The ends of the list are not runs.
             let start = (part * PART).max(2);

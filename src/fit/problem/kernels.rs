@@ -97,7 +97,7 @@ pub(super) enum Rows<'a> {
     Noise,
 }
 
-/// Appends the weighted rows of the Jacobian and the residuals to a triangular factor, and returns their cost.
+/// Appends the weighted rows of the Jacobian and the residuals to a triangular factor, and returns the cost for [`Rows::Model`].
 pub(super) struct Compression<'a> {
     block: ChannelBlock<'a>,
     triangle: &'a mut Triangle,
@@ -126,7 +126,7 @@ impl WithSimd for PlainResiduals<'_, '_> {
         let mut residuals = Row::filled(0.0);
         sum(bases, reflectance, x);
         scale_each(x, cos_i);
-        if observed.transform.differences(x, observed.wanted, &mut residuals, slope, squares) {
+        if observed.transform.differences(x, observed.wanted, &mut residuals, slope, Some(&mut *squares)) {
             for (residual, square) in residuals.iter_mut().zip(squares.iter()) {
                 *residual = square.sqrt().copysign(*residual);
             }
@@ -153,13 +153,17 @@ impl WithSimd for Compression<'_> {
 
         sum(block.bases, block.reflectance, x);
         scale_each(x, block.cos_i);
-        let own_squares = transform.differences(x, wanted, residual, slope, squares);
-        let squares = own_squares.then_some(&mut *squares);
+        let is_model = matches!(block.rows, Rows::Model);
+        let loss = block.objective.loss;
+        let needs_squares = is_model || loss != LossKind::None;
+        let own_squares =
+            transform.differences(x, wanted, residual, slope, needs_squares.then_some(&mut *squares));
+        let squares = (own_squares && needs_squares).then_some(squares);
         if matches!(block.rows, Rows::Noise) {
             *residual = *slope;
             scale_each(residual, noise.unwrap_or(&Row::filled(1.0)));
         }
-        let tempered = match block.objective.loss {
+        let tempered = match loss {
             LossKind::None => None,
             loss => {
                 let squares = squares.as_deref();
@@ -178,6 +182,7 @@ impl WithSimd for Compression<'_> {
             scale_each(slope, precision);
         }
         let cost = match (tempered, squares) {
+            _ if !is_model => 0.0,
             (Some(cost), _) => cost,
             (None, None) => dot(residual, residual),
             (None, Some(squares)) => {

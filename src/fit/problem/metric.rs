@@ -164,14 +164,14 @@ impl Transform {
         let (mut g, mut slope) = (Row::filled(0.0), Row::filled(0.0));
         let zero = Row::filled(0.0);
         let wanted = Wanted { measured: &zero, predicted: &zero };
-        self.differences(&Row::filled(x), wanted, &mut g, &mut slope, &mut Row::filled(0.0));
+        self.differences(&Row::filled(x), wanted, &mut g, &mut slope, None);
         (g[0], slope[0])
     }
 
     /// Computes g(x) - g(x*) and g'(x) for a row, and returns false.
     ///
     /// For `unbiased-cbrt`, whose cost is not the square of a difference that has a simple derivative, computes (x - x*) sqrt(w) and
-    /// sqrt(w) instead, with the cost in `squares`, and returns true. The product of the two is half the derivative of the cost, and
+    /// sqrt(w) instead, with the cost in `squares` if it is wanted, and returns true. The product of the two is half the derivative of the cost, and
     /// the square of the second half its second derivative on average over the noise.
     #[inline(always)]
     pub(in crate::fit) fn differences(
@@ -180,7 +180,7 @@ impl Transform {
         wanted: Wanted<'_>,
         difference: &mut Row,
         slope: &mut Row,
-        squares: &mut Row,
+        squares: Option<&mut Row>,
     ) -> bool {
         let Wanted { measured, predicted } = wanted;
         let samples = x.iter().zip(measured).zip(difference.iter_mut().zip(slope.iter_mut()));
@@ -208,10 +208,29 @@ impl Transform {
                 }
             }
             Metric::UnbiasedCbrt => {
-                for ((((x, a), (difference, slope)), p), squares) in samples.zip(predicted).zip(squares) {
-                    let (c, per_c) = root_of_model(*x, self.noise_floor);
-                    (*squares, *slope) = unbiased(c, per_c, *a, *p);
-                    *difference = (c - a) * (a * a + a * c + c * c) * *slope;
+                let samples = samples.zip(predicted);
+                let s = self.noise_floor;
+                // Noise rarely takes a measured value below -s, and the loop is shorter where it does not.
+                let any_negative = measured.iter().fold(false, |any, a| any | (*a < 0.0));
+                match squares {
+                    None => {
+                        for (((x, a), (difference, slope)), p) in samples {
+                            let model = Root::new(*x, s);
+                            let k = KAPPA * p;
+                            *slope = model.root_weight(k, 1.0 / (model.c + k));
+                            *difference = model.excess(*a) * *slope;
+                        }
+                    }
+                    Some(squares) if any_negative => {
+                        for ((((x, a), (difference, slope)), p), square) in samples.zip(squares) {
+                            (*square, *difference, *slope) = unbiased::<true>(Root::new(*x, s), *a, *p);
+                        }
+                    }
+                    Some(squares) => {
+                        for ((((x, a), (difference, slope)), p), square) in samples.zip(squares) {
+                            (*square, *difference, *slope) = unbiased::<false>(Root::new(*x, s), *a, *p);
+                        }
+                    }
                 }
             }
         }
@@ -226,29 +245,55 @@ fn root_of_measured(x: f64, s: f64) -> f64 {
     u * elementary::inverse_cbrt((u * u).greater(1e-100))
 }
 
-/// g(x) of `unbiased-cbrt` for the x of a model, and 1/g(x). x is negative only where the model's formula fails; there g is held above 0.
-#[inline(always)]
-fn root_of_model(x: f64, s: f64) -> (f64, f64) {
-    let u = (x + s).greater(1e-3 * s);
-    let inverse = elementary::inverse_cbrt(u);
-    (u * inverse * inverse, inverse)
+/// x + s for the x of a model, and c = g(x) of `unbiased-cbrt` with its inverse.
+#[derive(Clone, Copy)]
+struct Root {
+    u: f64,
+    c: f64,
+    per_c: f64,
 }
 
-/// The cost of `unbiased-cbrt` and the root of the weight w(x), for c = g(x), 1/c, a = g(x*), and p = g of the prediction.
+impl Root {
+    /// x is negative only where the model's formula fails; there x + s is held above 0.
+    #[inline(always)]
+    fn new(x: f64, s: f64) -> Self {
+        let u = (x + s).greater(1e-3 * s);
+        let per_c = elementary::inverse_cbrt(u);
+        Self { u, c: u * per_c * per_c, per_c }
+    }
+
+    /// sqrt(w), given 1/(c + k).
+    #[inline(always)]
+    fn root_weight(self, k: f64, per_both: f64) -> f64 {
+        ((ALPHA / 3.0) * (self.c + 2.0 * k) * (self.c + k)).sqrt() * self.per_c * (per_both * per_both)
+    }
+
+    /// x - x*, given a = g(x*).
+    #[inline(always)]
+    fn excess(self, a: f64) -> f64 {
+        self.u - a * (a * a)
+    }
+}
+
+/// The cost of `unbiased-cbrt`, (x - x*) sqrt(w) and sqrt(w), where w is the weight w(x), for the root of a model's x, a = g(x*) and
+/// p = g of the prediction. a may be negative only if `NEGATIVE`.
 #[inline(always)]
-fn unbiased(c: f64, per_c: f64, a: f64, p: f64) -> (f64, f64) {
+fn unbiased<const NEGATIVE: bool>(model: Root, a: f64, p: f64) -> (f64, f64, f64) {
+    let Root { u, c, .. } = model;
     let k = KAPPA * p;
-    let u = c + k;
-    let b = a.greater(0.0) + k;
-    let per_both = 1.0 / (u * b);
-    let per_u = per_both * b;
-    let way = if a >= 0.0 {
-        (a - c) * (a - c) * (c * (c + 2.0 * a) * b + 3.0 * k * (a * a))
+    let a2 = a * a;
+    let both = c + k;
+    let end = if NEGATIVE { a.greater(0.0) + k } else { a + k };
+    // One division in place of two.
+    let per_product = 1.0 / (both * end);
+    let per_both = per_product * end;
+    let way = if !NEGATIVE || a >= 0.0 {
+        (a - c) * (a - c) * (c * (c + 2.0 * a) * end + 3.0 * k * a2)
     } else {
-        c * (c * c * c * b - a * a * a * (3.0 * c + 4.0 * k))
+        c * (u * end - a * a2 * (3.0 * c + 4.0 * k))
     };
-    let root = ((ALPHA / 3.0) * (c + 2.0 * k) * u).sqrt();
-    (ALPHA * way * (per_both * per_u), root * per_c * (per_u * per_u))
+    let root = model.root_weight(k, per_both);
+    (ALPHA * way * (per_product * per_both), model.excess(a) * root, root)
 }
 
 #[cfg(test)]
@@ -277,7 +322,11 @@ mod tests {
 
     /// The cost of `unbiased-cbrt` for the roots of model, measured and predicted value, and its weight.
     fn cost_and_weight(c: f64, a: f64, p: f64) -> (f64, f64) {
-        let (cost, root) = unbiased(c, 1.0 / c, a, p);
+        let model = Root { u: c * c * c, c, per_c: 1.0 / c };
+        let (cost, _, root) = unbiased::<true>(model, a, p);
+        if a >= 0.0 {
+            assert_eq!(cost, unbiased::<false>(model, a, p).0);
+        }
         (cost, root * root)
     }
 
@@ -330,7 +379,7 @@ mod tests {
                 wanted.iter_mut().for_each(|row| transform.apply_to(row));
                 let [difference, slope, squares] = &mut rows;
                 let wanted = Wanted { measured: &wanted[0], predicted: &wanted[1] };
-                assert!(transform.differences(&Row::filled(x), wanted, difference, slope, squares));
+                assert!(transform.differences(&Row::filled(x), wanted, difference, slope, Some(squares)));
                 (squares[0], difference[0] * slope[0])
             };
             let step = 1e-6;

@@ -150,8 +150,7 @@ impl<'a> Observed<'a> {
                     None => {
                         let zero = Row::filled(0.0);
                         let wanted = Wanted { measured: &zero, predicted: &zero };
-                        let mut squares = Row::filled(0.0);
-                        transform.differences(x, wanted, &mut transformed, &mut slopes, &mut squares);
+                        transform.differences(x, wanted, &mut transformed, &mut slopes, None);
                     }
                 }
                 let mut precision = row(sigma, 1.0);

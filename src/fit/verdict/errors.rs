@@ -220,7 +220,7 @@ impl WithSimd for Comparison<'_> {
             transform.apply_to(&mut measured_x);
             let wanted = Wanted { measured: &measured_x, predicted: &predicted_x };
             let mut costs = Row::filled(0.0);
-            transform.differences(&x, wanted, &mut Row::filled(0.0), &mut Row::filled(0.0), &mut costs);
+            transform.differences(&x, wanted, &mut Row::filled(0.0), &mut Row::filled(0.0), Some(&mut costs));
             squares[3] = dot(&costs, weights);
         }
 
