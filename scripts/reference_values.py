@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes tests/reference/*.csv: values and derivatives of every part and model, with mpmath to 50 digits and more.
 
-    python scripts/reference_values.py                  all files, on all cores; eight minutes
+    python scripts/reference_values.py                  all files, on all cores; a quarter of an hour on two
     python scripts/reference_values.py --only NAME      files whose name contains NAME
     python scripts/reference_values.py --self-test      a few files again, compared with those in the tree
 

@@ -127,7 +127,7 @@ OF_ROUGHNESS = {
 # Where shadowing is by quadrature: fewer rows.
 SPARSE = {
     "blinn-phong": numbers(("1e-4",), ("0.1",), ("0.7",)),
-    "blinn-phong-anisotropic": numbers(("0.001", "0.1"), ("0.3", "0.6")),
+    "blinn-phong-anisotropic": numbers(("0.001", "0.1"), ("0.3", "0.6"), (1, "0.1"), ("1e-4", 1)),
     "gaussian": numbers(("1e-4",), ("0.1",), ("0.7",)),
     "gtr": numbers(("1e-4", "0.6"), ("0.1", "1.5"), ("0.3", 1), ("0.5", 10)),
     "student-t": numbers(("1e-4", "1.6"), ("0.1", "1.7"), ("0.3", 3), ("0.5", 1000)),

@@ -7,12 +7,14 @@
 //! ```
 //!
 //! Blinn 1977 (doi:10.1145/563858.563893); Walter et al. 2007, eq. 30; two exponents: Ashikhmin and Shirley 2000
-//! (doi:10.1080/10867651.2000.10487522). Its Smith integral has no closed form and is tabulated ([`SlopeTable`]). For two
-//! roughnesses the table of sqrt(mx my) is stretched. This is exact for distributions that are stretched copies of one
-//! another, which this one nearly is if mx and my are small. m = 1: n = 0, constant 1/pi.
+//! (doi:10.1080/10867651.2000.10487522). Its Smith integral has no closed form and is tabulated ([`SlopeTable`]). Two
+//! roughnesses do more than stretch the distribution, because the power of the cosine depends on the azimuth: for them the
+//! table depends on the direction too ([`DirectionalSlopeTable`](super::directional_slope_table::DirectionalSlopeTable)).
+//! m = 1: n = 0, constant 1/pi.
 
+use super::directional_slope_table::{DirectionalSlopeTable, TableOfDirections};
 use super::slope_table::{ScaledTable, TableOfSlopes};
-use super::{FacetDistribution, Roughness, SlopeTable, exp_times};
+use super::{Anisotropic, FacetDistribution, Isotropic, Roughness, SlopeTable, SmithForm, exp_times};
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Values};
@@ -21,10 +23,10 @@ use std::marker::PhantomData;
 
 pub(super) struct BlinnPhong<R>(PhantomData<R>);
 
-impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
+impl<R: Shadowed> FacetDistribution for BlinnPhong<R> {
     const SHAPES: usize = R::SHAPES;
     const SMITH_TAKES_LONG: bool = true;
-    type Smith = TableOfSlopes<R>;
+    type Smith = R::Smith;
     type Beckmann = R;
     type Prepared<T: Scalar> = (R::Prepared<T>, T);
 
@@ -47,12 +49,43 @@ impl<R: Roughness> FacetDistribution for BlinnPhong<R> {
         exp_times((R::squared_slope(m, g) - tan2) * ratio, *peak)
     }
 
-    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> ScaledTable<R, T> {
-        let m = R::prepare(&mut shapes);
-        let m2 = R::product(&m);
+    fn prepare_smith<T: Scalar>(shapes: Values<'_, T>) -> <R::Smith as SmithForm>::Prepared<T> {
+        R::prepare_smith(shapes)
+    }
+}
+
+/// A roughness, with the form of Smith's shadowing of a Blinn-Phong distribution that has it.
+pub(super) trait Shadowed: Roughness {
+    type Smith: SmithForm;
+
+    fn prepare_smith<T: Scalar>(shapes: Values<'_, T>) -> <Self::Smith as SmithForm>::Prepared<T>;
+}
+
+impl Shadowed for Isotropic {
+    type Smith = TableOfSlopes<Self>;
+
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> ScaledTable<Self, T> {
+        let m = Self::prepare(&mut shapes);
+        let m2 = Self::product(&m);
         // D cos^4 = 1/(pi m^2) (1 + t^2)^-(n + 4)/2, in units t = m u.
         let power = -(m2.recip().plus(1.0));
         let table = SlopeTable::new(&|u2: T| ((m2 * u2).ln_1p() * power).exp().times(FRAC_1_PI));
         (m, table)
+    }
+}
+
+impl Shadowed for Anisotropic {
+    type Smith = TableOfDirections;
+
+    fn prepare_smith<T: Scalar>(mut shapes: Values<'_, T>) -> DirectionalSlopeTable<T> {
+        let [mx, my]: [T; 2] = shapes.take();
+        let (mx2, my2): (T, T) = (mx * mx, my * my);
+        // In units of mx and my, slopes at one angle are those of one roughness m: with u the slope in these units, t = m u and
+        // D cos^4 = 1/(pi mx my) (1 + t^2)^-(1/m^2 + 1), of which (1 + t^2)^-(1/m^2) is beyond u.
+        DirectionalSlopeTable::new([mx2, my2], |[cos2, sin2]: [f64; 2]| {
+            let m2 = mx2.times(cos2) + my2.times(sin2);
+            let power = -m2.recip();
+            move |u2: f64| (m2.times(u2).ln_1p() * power).exp()
+        })
     }
 }

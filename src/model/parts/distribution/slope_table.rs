@@ -21,6 +21,10 @@
 //! are known, to 3e-5 for all distributions with a formula within their bounds (against 20 digits, docs/trust/numerics.md),
 //! and to 2e-4 for tables whose exponents jump.
 //!
+//! P must depend on t alone or be a stretched copy of such a density, because stretching a surface stretches its slopes. For any
+//! other density M depends on the direction as well:
+//! [`DirectionalSlopeTable`](super::directional_slope_table::DirectionalSlopeTable).
+//!
 //! This is also the shadowing that Ashikhmin, Premoze and Shirley 2000 (doi:10.1145/344779.344814) derive for any
 //! distribution: their g(k) = int (h.k)+ p(h) dh with p = D <n.h> is cos(theta)/G1.
 
@@ -32,7 +36,7 @@ use std::marker::PhantomData;
 use std::sync::{Arc, LazyLock};
 
 /// Number of cells of the table.
-const CELLS: usize = 96;
+pub(super) const CELLS: usize = 96;
 
 /// Value, and slope per cell, at the ends of every cell.
 type Nodes<T> = [[T; 2]; CELLS + 1];
@@ -115,13 +119,17 @@ impl<T: Scalar> SlopeTable<T> {
         let place = (slope / (slope + cos)).sqrt().times(count(CELLS));
         let cell = place.value().whole().min(CELLS - 1);
         let t = place - T::Real::literal(count(cell));
-        let [[a, da], [b, db]] = [self.nodes[cell], self.nodes[cell + 1]];
-        // The cubic with these values and slopes, in powers of t.
-        let rise: T = b - a;
-        let c3 = da + db - rise.times(2.0);
-        let c2 = rise - da - c3;
-        slope * (a + t * (da + t * (c2 + t * c3))) + cos
+        slope * cubic(t, self.nodes[cell], self.nodes[cell + 1]) + cos
     }
+}
+
+/// The cubic with these values and slopes at 0 and at 1, in powers of t.
+#[inline(always)]
+pub(super) fn cubic<T: Scalar>(t: T, [a, da]: [T; 2], [b, db]: [T; 2]) -> T {
+    let rise: T = b - a;
+    let c3 = da + db - rise.times(2.0);
+    let c2 = rise - da - c3;
+    a + t * (da + t * (c2 + t * c3))
 }
 
 /// Smith's shadowing from a table of slopes, in units of a roughness that may differ along x and y, since stretching a surface
