@@ -4,6 +4,7 @@
 // A broken expectation fails its test, which is what a panic is for here; indices are checked by tests.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
 
+mod albedos;
 mod calibration;
 #[cfg(feature = "cli")]
 mod cli;

@@ -2,7 +2,7 @@
 //! now. `BRDFIT_UPDATE=1 cargo test --release --test integration models` writes it anew.
 
 use crate::common::{manual_of, model_source};
-use brdfit::model::{ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
+use brdfit::model::{LargestAlbedo, ModelEntry, ParamSpec, REGISTRY, Role, Sharing, largest_albedos};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -43,6 +43,25 @@ fn names(entry: &ModelEntry) -> String {
     format!("{} | {}", of(Role::Shape), of(Role::Amplitude))
 }
 
+/// What the search of tests/albedos.rs found for a model.
+fn energy(entry: &ModelEntry) -> String {
+    let searched =
+        "a search over the bounds of its shapes, amplitudes from 0 to 1 and incidence up to 89.9 degrees";
+    let largest: Vec<LargestAlbedo> = largest_albedos(entry.name).collect();
+    if largest.is_empty() {
+        return format!("\nLargest albedo: none above 1 was found by {searched}.\n");
+    }
+    let others =
+        if entry.options.is_empty() { "" } else { " Variants that are not listed stay at 1 or below." };
+    let mut text = format!(
+        "\nLargest albedos found by {searched}:{others}\n\n| variant | albedo | incidence, degrees | at |\n|---|---|---|---|\n"
+    );
+    for LargestAlbedo { variant, albedo, theta_i_deg, at } in largest {
+        writeln!(text, "| `{variant}` | {albedo} | {theta_i_deg} | {at} |").unwrap();
+    }
+    text
+}
+
 fn page() -> String {
     let mut page = String::from(
         "# Models\n\nMade from the heads of the source files by `BRDFIT_UPDATE=1 cargo test --release --test integration models`; a \
@@ -63,6 +82,7 @@ fn page() -> String {
             let (key, summary, default) = (option.key, option.summary, option.default);
             write!(page, "\n`{key}` ({summary}): {values}; `{default}` by default.\n").unwrap();
         }
+        page += &energy(entry);
     }
     for (folder, title) in [
         ("distribution", "Facet distributions"),

@@ -55,7 +55,7 @@ fn more_cases() -> Vec<Case> {
 
 /// Whether a model is a lobe, which is recovered beside a diffuse base: it can be sharp, and has no base of its own.
 fn is_lobe(specs: &[ParamSpec]) -> bool {
-    let base = |spec: &ParamSpec| ["kd", "rd", "base", "base_color"].contains(&spec.name);
+    let base = |spec: &ParamSpec| ["kd", "rd", "base", "base_color", "diffuseColor"].contains(&spec.name);
     specs.iter().any(|spec| spec.sharper.is_some())
         && !specs.iter().any(|spec| spec.role == Role::Amplitude && base(spec))
 }

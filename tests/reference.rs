@@ -219,6 +219,14 @@ const VARIANTS: &[(&str, &str)] = &[
     ("openpbr-mixed", "openpbr"),
     ("openpbr-dielectric", "openpbr(base=dielectric)"),
     ("openpbr-metal", "openpbr(base=metal)"),
+    ("openpbr-metal-multiple", "openpbr(base=metal, scattering=multiple)"),
+    ("disney-2012-revised", "disney-2012"),
+    ("disney-2012-original", "disney-2012(g=original)"),
+    ("gltf-coated", "gltf(coat=clearcoat)"),
+    ("usd-preview-surface-metallic", "usd-preview-surface"),
+    ("usd-preview-surface-specular", "usd-preview-surface(workflow=specular)"),
+    ("standard-surface-dielectric", "standard-surface"),
+    ("standard-surface-metal", "standard-surface(base=metal)"),
 ];
 
 fn expression(file: &str) -> Expression {
@@ -308,6 +316,19 @@ const EXCEPTIONS: &[Exception] = &[
                  knows the outer one.",
     },
     Exception {
+        names: &["model-blender-principled"],
+        double: true,
+        bounds: [1e-6, 1e-5],
+        reason: "The table of S is a quadrature here and in the reference, which agree to 2e-8. At grazing little of the body is left.",
+    },
+    Exception {
+        names: &["model-gltf", "model-standard-surface-dielectric"],
+        double: false,
+        bounds: [0.0, 3e-5],
+        reason: "The derivative with respect to specular of a rough white material. The body loses almost what the highlight gains, and \
+                 what is exact to 5e-6 is the error relative to either.",
+    },
+    Exception {
         names: &["model-low-cook-torrance", "model-low-microfacet", "model-low-smooth"],
         double: false,
         bounds: [0.0, 3e-5],
@@ -328,6 +349,27 @@ const EXCEPTIONS: &[Exception] = &[
         double: true,
         bounds: [1e-4, 3e-4],
         reason: "The same, with rougher surfaces.",
+    },
+    Exception {
+        names: &["model-principled"],
+        double: false,
+        bounds: [0.0, 3e-6],
+        reason: "The derivative with respect to clearcoat_gloss of the sharpest coat. m = 0.1 - 0.099 clearcoat_gloss is a difference, \
+                 which has lost two digits at m = 0.001.",
+    },
+    Exception {
+        names: &["model-standard-surface-metal"],
+        double: false,
+        bounds: [0.0, 2e-4],
+        reason: "The derivative with respect to specular_color near normal incidence. eta and k change with it in such a way that F there \
+                 does not, and their large contributions cancel.",
+    },
+    Exception {
+        names: &["model-openpbr-metal-multiple"],
+        double: true,
+        bounds: [6e-4, 2e-3],
+        reason: "What light loses on white facets, 1 - E, is a table of 24 cells, met to 6e-5. Off the peak of a smooth metal, where the \
+                 bounces are a large part of the little light that there is, this is more.",
     },
     Exception {
         names: &["shadowing-smith-student-t", "shadowing-smith-uncorrelated-student-t"],

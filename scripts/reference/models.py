@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from mpmath import exp, fabs, log, log1p, mpf, pi, sqrt
 
 from . import diffuse, lobes
@@ -12,6 +14,7 @@ from .grid import Geometry, geometry
 from .lobes import norm, power_of, ward, ward_duer
 from .openpbr import OPENPBR
 from .shadowing import smith, smith_uncorrelated, v_cavity
+from .targets import TARGETS
 from .whole import Whole
 
 D = {d.name: d for d in DISTRIBUTIONS}
@@ -223,7 +226,16 @@ def bagher_powers(g: Geometry, kd, ks, f0, f1, alpha, p, lambda_, c, k, theta0):
 # Disney
 
 
-def disney(g: Geometry, roughness, anisotropic, gloss, base, metallic, specular, subsurface, sheen, clearcoat):
+def revised(g: Geometry, roughness, m):
+    """The highlight's shadowing is that of its own facets."""
+    return smith_uncorrelated(D["ggx-anisotropic"], pair(g), m)
+
+
+def original(g: Geometry, roughness, m):
+    return smith_uncorrelated(D["ggx"], pair(g), ((roughness / 2 + mpf(1) / 2) ** 2,))
+
+
+def disney(shadowing, g: Geometry, roughness, anisotropic, gloss, base, metallic, specular, subsurface, sheen, clearcoat):
     s, rise = g.rest**5, roughness * g.mu**2
     towards = (1 - g.ci) ** 5, (1 - g.co) ** 5
     fd = (1 + (2 * rise - mpf(1) / 2) * towards[0]) * (1 + (2 * rise - mpf(1) / 2) * towards[1])
@@ -234,7 +246,7 @@ def disney(g: Geometry, roughness, anisotropic, gloss, base, metallic, specular,
     aspect = sqrt(1 - mpf("0.9") * anisotropic)
     m = roughness**2 / aspect, roughness**2 * aspect
     ggx = D["ggx"]
-    highlight = D["ggx-anisotropic"].density(m, g) * smith_uncorrelated(ggx, pair(g), ((roughness / 2 + mpf(1) / 2) ** 2,))
+    highlight = D["ggx-anisotropic"].density(m, g) * shadowing(g, roughness, m)
     coat = D["gtr"].density((mpf("0.1") - mpf("0.099") * gloss, mpf(1)), g) * smith_uncorrelated(ggx, pair(g), (mpf("0.25"),))
     coated = clearcoat / 4 * coat * (mpf("0.04") * (1 - s) + s)
     return (1 - metallic) * body + highlight * (f0 * (1 - s) + s) + coated
@@ -355,16 +367,20 @@ MODELS = [
         )
         for name, of in (("ward", ward), ("ward-duer", ward_duer))
     ],
-    Whole(
-        "disney-2012",
-        ("roughness", "anisotropic", "clearcoat_gloss", "base", "metallic", "specular", "subsurface", "sheen", "clearcoat"),
-        numbers(
-            ("0.4", 0, 1, "0.2", 0, "0.5", 0, 0, 0), ("0.032", "0.9", "0.5", "1e-9", "0.04", 0, "0.3", "0.5", 1), (1, 1, 0, 1, "0.5", 1, 1, 1, 1),
-            ("0.1", "0.3", "0.9", "0.04", 1, "0.5", "0.04", "1e-9", "0.04"), ("0.01", 0, 1, 0, "1e-9", "1e-9", 1, "0.1", "1e-9"),
-        ),
-        disney,
-    ),
+    *[
+        Whole(
+            f"disney-2012-{name}",
+            ("roughness", "anisotropic", "clearcoat_gloss", "base", "metallic", "specular", "subsurface", "sheen", "clearcoat"),
+            numbers(
+                ("0.4", 0, 1, "0.2", 0, "0.5", 0, 0, 0), ("0.032", "0.9", "0.5", "1e-9", "0.04", 0, "0.3", "0.5", 1), (1, 1, 0, 1, "0.5", 1, 1, 1, 1),
+                ("0.1", "0.3", "0.9", "0.04", 1, "0.5", "0.04", "1e-9", "0.04"), ("0.01", 0, 1, 0, "1e-9", "1e-9", 1, "0.1", "1e-9"),
+            ),
+            partial(disney, shadowing),
+        )
+        for name, shadowing in (("revised", revised), ("original", original))
+    ],
     *OPENPBR,
+    *TARGETS,
 ]
 
 

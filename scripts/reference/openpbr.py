@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from mpmath import mpf, sqrt
+from mpmath import beta, mpf, pi, sqrt
 
 from .diffuse import eon
 from .distributions import DISTRIBUTIONS, numbers
@@ -94,6 +94,58 @@ def albedo(cos: float, m: float, eta: float) -> float:
 
 
 @lru_cache(maxsize=None)
+def lost(cos: float, m: float) -> float:
+    """1 - E of facets that reflect everything: the mean of 1 - G2/G1 over the normals that are seen, and of 1 where wo is below the horizon."""
+    sin = np.sqrt(1 - cos * cos)
+    length = np.hypot(m * sin, cos)
+    across, lowest = m * sin / length, -cos / length
+
+    def co_of(z, phi):
+        ring = np.sqrt(np.maximum(1 - z * z, 0))
+        h = m * (ring * np.cos(phi) + across), m * ring * np.sin(phi), z - lowest
+        square = h[0] ** 2 + h[1] ** 2 + h[2] ** 2
+        return 2 * (h[0] * sin + h[2] * cos) * h[2] / square - cos
+
+    # Facets on edge, whose mirror direction grazes, lie next to the lowest ring: its distance on a logarithmic scale. Panels end at
+    # the rings whose first or last facet mirrors the light to the horizon, too.
+    panels = np.linspace(np.log(1e-13), np.log(1 - lowest), 40)
+    probe, roots = np.linspace(panels[0], panels[-1], 4001), []
+    for phi in (0.0, np.pi):
+        signs = co_of(np.exp(probe) + lowest, phi) > 0
+        for k in np.nonzero(signs[1:] != signs[:-1])[0]:
+            low, high = probe[k], probe[k + 1]
+            for _ in range(60):
+                middle = (low + high) / 2
+                low, high = (middle, high) if (co_of(np.exp(middle) + lowest, phi) > 0) == signs[k] else (low, middle)
+            roots.append((low + high) / 2)
+    panels = np.array(sorted([*panels, *roots]))
+    t, weight = over(panels[:-1], panels[1:], 1)
+    t, weight = t.ravel(), weight.ravel()
+    z = np.exp(t) + lowest
+    low, high = np.zeros_like(z), np.full_like(z, np.pi)
+    above = co_of(z, low) > 0
+    for _ in range(60):
+        middle = (low + high) / 2
+        same = (co_of(z, middle) > 0) == above
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    edge = (low + high) / 2
+    total = np.zeros_like(z)
+    for start, end in ((np.zeros_like(z), edge), (edge, np.full_like(z, np.pi))):
+        phi, turn = over(start, end, 8)
+        co = np.maximum(co_of(z[:, None], phi), 0)
+        of_o = np.sqrt(co * co + m * m * (1 - co * co))
+        stopped = np.where(co > 0, cos * m * m * (1 - co * co) / ((of_o + co) * (co * length + cos * of_o)), 1)
+        total += (turn * stopped).sum(axis=1)
+    return float((weight * np.exp(t) * total).sum() / (np.pi * (1 - lowest)))
+
+
+@lru_cache(maxsize=None)
+def mean_lost(m: float) -> float:
+    x, weight = over(np.array(0.0), np.array(1.0), 3)
+    return sum(float(w) * 8 * float(t) ** 7 * lost(float(t) ** 4, m) for t, w in zip(x, weight))
+
+
+@lru_cache(maxsize=None)
 def mean_albedo(m: float, eta: float) -> float:
     # c = x^4: all that happens at grazing
     x, weight = over(np.array(0.0), np.array(1.0), 3)
@@ -122,6 +174,18 @@ def dielectric(g: Geometry, roughness, anisotropy, ior, body, color, tint):
 
 def metal(g: Geometry, roughness, anisotropy, color, tint):
     return lobe(g, roughnesses(roughness, anisotropy)) * f82(g.mu, color, tint)
+
+
+def bouncing_metal(g: Geometry, roughness, anisotropy, color, tint):
+    """With the light that its facets reflect to one another (Kulla and Conty 2017)."""
+    mx, my = roughnesses(roughness, anisotropy)
+    m = sqrt(mx * my)
+    missing = mpf(mean_lost(float(m)))
+    # F82 is Schlick less a dip, and cosine means of (1 - mu)^5 and mu (1 - mu)^6 are 2 B(2, 6) and 2 B(3, 7).
+    dip = (color + (1 - color) * (mpf(6) / 7) ** 5) * (1 - tint) / (mpf(1) / 7 * (mpf(6) / 7) ** 6)
+    mean = color + (1 - color) * 2 * beta(2, 6) - dip * 2 * beta(3, 7)
+    later = mpf(lost(float(g.ci), float(m)) * lost(float(g.co), float(m))) / missing / pi * mean**2 * (1 - missing) / (1 - mean * missing)
+    return metal(g, roughness, anisotropy, color, tint) + later
 
 
 def mixed(g: Geometry, roughness, anisotropy, ior, body, color, metalness, tint):
@@ -158,5 +222,12 @@ OPENPBR = [
             ("0.5", 0, "0.95", "0.6"),
         ),
         metal,
+    ),
+    Whole(
+        "openpbr-metal-multiple",
+        (*SURFACE, "base_color", "specular_color"),
+        numbers(("0.3", "0.5", "0.5", "0.95"), (1, 0, 1, 1), ("0.7", "0.9", "0.9", "0.8"), ("0.5", 0, "0.95", "0.6")),
+        bouncing_metal,
+        step=STEP,
     ),
 ]

@@ -64,6 +64,12 @@ impl Choices {
         Ok(Self { chosen })
     }
 
+    /// The choices without that of `key`.
+    #[must_use]
+    pub fn without(&self, key: &str) -> Self {
+        Self { chosen: self.chosen.iter().filter(|(k, _)| *k != key).copied().collect() }
+    }
+
     /// The choices as text: `d=ggx, g=smith, f=schlick`.
     #[must_use]
     pub fn text(&self) -> String {

@@ -1,5 +1,6 @@
 //! Sums of models, written as `lambert + cook-torrance(d=ggx)`.
 
+use super::energy::largest_albedo;
 use super::registry::LobeCoefficients;
 use super::strength::{STRENGTH, Strength, added};
 use super::{AnyModel, BasisBlock, Choices, Derivatives, ModelEntry, ParamSpec, REGISTRY};
@@ -28,6 +29,18 @@ impl Lobe {
         let mut parameters = self.model.parameters();
         parameters.extend(self.has_added_strength.then(added));
         parameters
+    }
+
+    /// The value chosen for an option; empty if the model has no such option.
+    #[must_use]
+    pub fn choice(&self, key: &str) -> &'static str {
+        self.choices.get(key)
+    }
+
+    /// Whether an albedo above 1 was found for this variant, with amplitudes of at most 1.
+    #[must_use]
+    pub fn may_gain_energy(&self) -> bool {
+        largest_albedo(self.model.name(), &self.choices).is_some()
     }
 
     /// How the lobe can be absent.

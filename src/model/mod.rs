@@ -35,7 +35,7 @@ mod zoo;
 #[doc(hidden)]
 pub use choices::Choices;
 pub use choices::ModelOption;
-pub use energy::Energy;
+pub use energy::{LargestAlbedo, largest_albedo, largest_albedos};
 #[doc(hidden)]
 pub use evaluation::BasisBlock;
 pub use expression::{Expression, Lobe, LobeValues};
@@ -89,10 +89,5 @@ pub trait Model: Sized {
     /// How the lobe can be absent from a sum. A test checks this by evaluation.
     fn strength(&self) -> Strength {
         Strength::Amplitudes
-    }
-
-    /// Whether more light can leave the surface than arrives. A test checks this by integration.
-    fn energy(&self) -> Energy {
-        Energy::Conserved
     }
 }

@@ -141,12 +141,13 @@ pub(super) fn strengths(fit: &Fit) -> Vec<Warning> {
 }
 
 impl Fit {
-    /// A warning if the fitted sum reflects more light than arrives. A model alone says so in its manual; a sum does not. It is
-    /// an integration, too slow to be part of every fit.
+    /// A warning if the fitted model reflects more light than arrives. It is an integration, too slow to be part of every fit, and left
+    /// out for a lobe alone whose variant reflects at most what it receives.
     #[must_use]
     pub fn energy_warning(&self) -> Option<Warning> {
         let channels = self.table.channels();
-        if self.table.lobes().len() < 2 || self.unusable.is_some() {
+        let conserves = matches!(self.model.lobes(), [lobe] if !lobe.may_gain_energy());
+        if conserves || self.unusable.is_some() {
             return None;
         }
         let values: Vec<_> = (0..channels.len()).map(|channel| self.table.formula_values(channel)).collect();

@@ -25,19 +25,18 @@
 //! has a value per channel, and a row can be entered as printed: `albedo` is ks, `eta` f0 and f1, `Lambda` lambda
 //! (docs/trust/published.md). The printed K follows from alpha and p, and is not a parameter.
 //!
-//! The authors fit G1 to the shadowing that follows from D, not to the measurement; so lambda, c, k and theta0 are fixed here
-//! unless freed, at values in the middle of their table. Data hardly determine them, since shadowing matters only at grazing.
-//! `cook-torrance(d=sgd)` has the shadowing that follows from D. F can be outside 0..1, and f can be negative: ks, f0 and f1 are
-//! three linear weights of 1 - s, s and mu, which data below 60 degrees hardly separate (the published f0 reach 8.5).
-//! Reciprocal; not energy conserving in general (with ks, f0 and f1 at 1 and every shape at its upper bound the albedo at 89.9
-//! degrees is 155.7); f grows as 1/(ci co) at grazing unless G1 has fallen to 0.
+//! The authors fit G1 to the shadowing that follows from D, not to the measurement; so lambda, c, k and theta0 are fixed
+//! here unless freed, at values in the middle of their table. Data hardly determine them, since shadowing matters only at
+//! grazing. `cook-torrance(d=sgd)` has the shadowing that follows from D. F can be outside 0..1, and f can be negative: ks,
+//! f0 and f1 are three linear weights of 1 - s, s and mu, which data below 60 degrees hardly separate (the published f0
+//! reach 8.5). Reciprocal; not energy conserving in general; f grows as 1/(ci co) at grazing unless G1 has fallen to 0.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
 use crate::model::parts::distribution::{Distribution, relative_exp_m1};
 use crate::model::parts::fresnel::{Constants, FresnelReflectance, Schlick};
 use crate::model::zoo::lambert::Lambert;
-use crate::model::{Choices, Energy, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
+use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Scale, Values, Visitor};
 use std::f64::consts::FRAC_1_PI;
 
 /// A shifted gamma distribution with its own shadowing function and Fresnel term, per channel.
@@ -180,9 +179,5 @@ impl Model for BagherSgd {
 
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         &[("ks", "f0")]
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 155.7 }
     }
 }

@@ -14,19 +14,18 @@
 //! Cook and Torrance 1982 (doi:10.1145/357290.357293), eq. 6 to 12. They write R = d Rd + s Rs with s + d = 1; d Rd, the share of
 //! the diffuse base times its bidirectional reflectance, is kd/pi here.
 //!
-//! D' is Beckmann's distribution as printed in the paper, without pi; G is that of v-cavities; F is the exact reflectance of a
-//! dielectric whose index follows from f0, which the paper uses for metals, too. The denominator has pi where the half vector's
-//! Jacobian requires 4, and D' lacks its pi: s is a quarter of the ks of
-//! `cook-torrance(d=beckmann, g=v-cavity, f=dielectric)`, and a surface with s = 1 reflects up to four times what it receives.
-//! If s is free, only the rise towards grazing determines f0. Reciprocal; energy conserving for s <= 1/4 and kd = 0 (the largest
-//! albedo found up to 89.9 degrees is 3.998 s); finite at grazing; m -> 0 a mirror.
+//! D' is Beckmann's distribution as printed in the paper, without pi; G is that of v-cavities; F is the exact reflectance
+//! of a dielectric whose index follows from f0, which the paper uses for metals, too. The denominator has pi where the half
+//! vector's Jacobian requires 4, and D' lacks its pi: s is a quarter of the ks of `cook-torrance(d=beckmann, g=v-cavity,
+//! f=dielectric)`, and a surface with s = 1 reflects up to four times what it receives. If s is free, only the rise towards
+//! grazing determines f0. Reciprocal; energy conserving for s <= 1/4 and kd = 0; finite at grazing; m -> 0 a mirror.
 
 use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
 use crate::model::zoo::lambert::Lambert;
-use crate::model::{Choices, Energy, Model, ParamSpec, Values, Visitor};
+use crate::model::{Choices, Model, ParamSpec, Values, Visitor};
 
 /// The model with the paper's own constants.
 #[derive(Clone, Copy, Debug)]
@@ -66,9 +65,5 @@ impl Model for CookTorrance1982 {
         let [kd, s] = amplitudes.take();
         // The model has pi D/(pi ci co), the parts have D/(4 ci co).
         [kd, s.times(4.0)]
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 3.998 }
     }
 }

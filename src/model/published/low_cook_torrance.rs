@@ -15,9 +15,9 @@
 //! A row can be entered as printed: `albedo` is ks, `roughness` m (docs/trust/published.md). The fitted indices reach 9.8, far
 //! above any dielectric: F is then nearly constant and eta is merely a scale. `--bounds eta=1.0001..10` admits them.
 //!
-//! D' is Beckmann's distribution without its pi, G is that of v-cavities, and F is the exact reflectance of a dielectric: ks is a
-//! quarter of the ks of `lambert + cook-torrance(d=beckmann, g=v-cavity, f=dielectric)`. Reciprocal; energy conserving for
-//! ks <= 1/4 and kd = 0 (the largest albedo found up to 89.9 degrees is 3.67 ks); finite at grazing; m -> 0 a mirror.
+//! D' is Beckmann's distribution without its pi, G is that of v-cavities, and F is the exact reflectance of a dielectric:
+//! ks is a quarter of the ks of `lambert + cook-torrance(d=beckmann, g=v-cavity, f=dielectric)`. Reciprocal; energy
+//! conserving for ks <= 1/4 and kd = 0; finite at grazing; m -> 0 a mirror.
 
 use super::shared::{LOW, base_and_scale};
 use crate::math::Scalar;
@@ -25,7 +25,7 @@ use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::{DielectricIndex, FresnelReflectance, Reflectance};
 use crate::model::parts::shadowing::Shadowing;
 use crate::model::zoo::lambert::Lambert;
-use crate::model::{Choices, Energy, Model, ParamSpec, Unit, Values, Visitor};
+use crate::model::{Choices, Model, ParamSpec, Unit, Values, Visitor};
 
 /// The model and the constants of a published table of fits.
 #[derive(Clone, Copy, Debug)]
@@ -58,9 +58,5 @@ impl Model for LowCookTorrance {
         let [kd, ks] = amplitudes.take();
         // The model has pi D/(pi ci co), the parts have D/(4 ci co).
         [kd, ks.times(4.0)]
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 3.67 }
     }
 }

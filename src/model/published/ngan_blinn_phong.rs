@@ -23,7 +23,7 @@ use crate::math::Scalar;
 use crate::model::zoo::blinn_phong::BlinnPhong;
 use crate::model::zoo::lambert::Lambert;
 use crate::model::zoo::phong::exponent;
-use crate::model::{Choices, Energy, Model, ParamSpec, Unit, Values, Visitor};
+use crate::model::{Choices, Model, ParamSpec, Unit, Values, Visitor};
 
 /// A lobe in the half vector over a Lambert base, as in a published table of fits.
 #[derive(Clone, Copy, Debug)]
@@ -51,9 +51,5 @@ impl Model for NganBlinnPhong {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
         amplitudes.take()
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 4.0 }
     }
 }

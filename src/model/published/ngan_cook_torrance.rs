@@ -16,11 +16,11 @@
 //! before the scales of its three channels are applied: the model multiplies kd and ks by 1, 1.15 and 1.66 in channels r, g and b
 //! (docs/trust/published.md).
 //!
-//! D is Beckmann's distribution with its pi, G is that of v-cavities, F is Schlick's. The pi in the denominator of the lobe is in
-//! addition to the one in D, a relic of the 1982 paper: ks is pi/4 times the ks of
-//! `lambert + cook-torrance(d=beckmann, g=v-cavity, f=schlick)`, with which the model otherwise agrees. Only directions beyond 60
-//! degrees separate ks from f0. Reciprocal; energy conserving for ks <= pi/4 and kd = 0 (the albedo of a mirror, 4/pi ks =
-//! 1.273 ks, is the largest found); finite at grazing; m -> 0 a mirror.
+//! D is Beckmann's distribution with its pi, G is that of v-cavities, F is Schlick's. The pi in the denominator of the lobe
+//! is in addition to the one in D, a relic of the 1982 paper: ks is pi/4 times the ks of `lambert +
+//! cook-torrance(d=beckmann, g=v-cavity, f=schlick)`, with which the model otherwise agrees. Only directions beyond 60
+//! degrees separate ks from f0. Reciprocal; energy conserving for ks <= pi/4 and kd = 0 (a mirror reflects 4/pi ks = 1.273
+//! ks); finite at grazing; m -> 0 a mirror.
 
 use super::shared::{NGAN, base_and_scale, shared_f0};
 use crate::math::Scalar;
@@ -28,7 +28,7 @@ use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
 use crate::model::zoo::lambert::Lambert;
-use crate::model::{Choices, Energy, Model, ParamSpec, Unit, Values, Visitor};
+use crate::model::{Choices, Model, ParamSpec, Unit, Values, Visitor};
 use std::f64::consts::FRAC_1_PI;
 
 /// The model and the constants of a published table of fits.
@@ -67,9 +67,5 @@ impl Model for NganCookTorrance {
 
     fn products(&self) -> &'static [(&'static str, &'static str)] {
         &[("ks", "f0")]
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 1.273 }
     }
 }

@@ -15,15 +15,14 @@
 //! the scales of its three channels are applied: the model multiplies kd and ks by 1, 1.15 and 1.66 in channels r, g and b
 //! (docs/trust/published.md).
 //!
-//! The lobe is that of `ward`, and tan that of the half vector's polar angle. Reciprocal. At grazing f grows without bound as
-//! 1/sqrt(ci co); nevertheless a sharp lobe loses light, while a rough one gains: the largest albedo found up to 89.9 degrees is
-//! 1.504 ks; m -> 0 a mirror.
+//! The lobe is that of `ward`, and tan that of the half vector's polar angle. Reciprocal. At grazing f grows without bound
+//! as 1/sqrt(ci co); nevertheless a sharp lobe loses light, while a rough one gains; m -> 0 a mirror.
 
 use super::shared::{NGAN, base_and_scale};
 use crate::math::Scalar;
 use crate::model::zoo::lambert::Lambert;
 use crate::model::zoo::ward::{GeometricMean, Slopes};
-use crate::model::{Choices, Energy, Model, ParamSpec, Unit, Values, Visitor};
+use crate::model::{Choices, Model, ParamSpec, Unit, Values, Visitor};
 
 /// Ward's isotropic lobe over a Lambert base, as in a published table of fits.
 #[derive(Clone, Copy, Debug)]
@@ -52,9 +51,5 @@ impl Model for NganWard {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
         amplitudes.take()
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 1.504 }
     }
 }

@@ -15,15 +15,15 @@
 //! the scales of its three channels are applied: the model multiplies kd and ks by 1, 1.15 and 1.66 in channels r, g and b
 //! (docs/trust/published.md).
 //!
-//! The lobe is that of `ward-duer`, and tan that of the half vector's polar angle. Reciprocal; not energy conserving at grazing,
-//! where f grows without bound as 1/(ci co): the largest albedo found up to 89.9 degrees is 44.4 ks; m -> 0 a mirror.
+//! The lobe is that of `ward-duer`, and tan that of the half vector's polar angle. Reciprocal; not energy conserving at
+//! grazing, where f grows without bound as 1/(ci co); m -> 0 a mirror.
 
 use super::shared::{NGAN, base_and_scale};
 use crate::math::Scalar;
 use crate::model::zoo::lambert::Lambert;
 use crate::model::zoo::ward::Slopes;
 use crate::model::zoo::ward_duer::Product;
-use crate::model::{Choices, Energy, Model, ParamSpec, Unit, Values, Visitor};
+use crate::model::{Choices, Model, ParamSpec, Unit, Values, Visitor};
 
 /// Duer's form of Ward's lobe over a Lambert base, as in a published table of fits.
 #[derive(Clone, Copy, Debug)]
@@ -52,9 +52,5 @@ impl Model for NganWardDuer {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
         amplitudes.take()
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 44.4 }
     }
 }

@@ -9,8 +9,8 @@
 //! are the same as there: those of the distribution and of the Fresnel part, and ks.
 //!
 //! Ashikhmin, Premoze and Shirley 2000, A Microfacet-Based BRDF Generator (doi:10.1145/344779.344814). The paper's
-//! anisotropic densities are `d=...-anisotropic`, its arbitrary ones `d=tabulated`. Reciprocal; energy conserving with F <= 1 and ks
-//! <= 1; finite at grazing; a sharp distribution makes a mirror.
+//! anisotropic densities are `d=...-anisotropic`, its arbitrary ones `d=tabulated`. Reciprocal; energy conserving with F <=
+//! 1 and ks <= 1, unless the table below says otherwise; finite at grazing; a sharp distribution makes a mirror.
 
 use super::cook_torrance::{CookTorrance, DISTRIBUTION, FRESNEL};
 use crate::math::Scalar;

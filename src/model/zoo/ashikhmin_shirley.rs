@@ -14,9 +14,9 @@
 //! | rs | 1 | 0..1 | specular reflectance at normal incidence |
 //! | nu, nv | 1 | 0.01..1e6 | Phong exponents along x and y; 10 satin, 1000 polished |
 //!
-//! At h = n the printed exponent is 0/0; written as exp((nu hx^2 + nv hy^2) ln(c)/(1 - c^2)) it is 0, because ln(c)/(1 - c^2)
-//! tends to -1/2. At grazing f_s grows without bound, as 1/max(ci, co). Reciprocal. With rd and rs of 0 and 1 no albedo above 1
-//! was found up to 89.9 degrees for nu = nv, although f grows; other combinations of exponents have not been searched.
+//! At h = n the printed exponent is 0/0; written as exp((nu hx^2 + nv hy^2) ln(c)/(1 - c^2)) it is 0, because ln(c)/(1 -
+//! c^2) tends to -1/2. At grazing f_s grows without bound, as 1/max(ci, co). Reciprocal. Where its exponents allow more
+//! light than arrives, the table below says so.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};

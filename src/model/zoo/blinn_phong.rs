@@ -20,7 +20,7 @@
 use super::phong::{Exponent, exponent};
 use crate::geometry::Geometry;
 use crate::math::Scalar;
-use crate::model::{Choices, Energy, Kernel, Model, ParamSpec, Part, Values, Visitor};
+use crate::model::{Choices, Kernel, Model, ParamSpec, Part, Values, Visitor};
 
 /// A lobe in the half vector.
 #[derive(Clone, Copy, Debug)]
@@ -69,9 +69,5 @@ impl Model for BlinnPhong {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
         amplitudes.take()
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 4.0 }
     }
 }

@@ -13,18 +13,18 @@
 //! | ks | 1 | 0..1000 | scale of the lobe; 1 in the physical model, and fixed there unless freed or F is none |
 //! | f0, ...; eta, k | 1 | | parameters of the Fresnel part |
 //!
-//! Departure: Cook and Torrance 1982 print 1/(pi ci co) with D = exp(-tan^2/m^2)/(m^2 cos^4). Here the 4 is the Jacobian of the
-//! half vector, and D is normalised. A `ks` published in their convention is smaller than this one by a factor of 4/pi (D with
-//! its pi) or 4 (D without). Finite at grazing with every G except `none`. m -> 0: a mirror, D = 1/(pi m^2) at its peak.
-//! Reciprocal. Energy conserving with ks = 1 and F <= 1, except with g=none, where f grows as 1/(ci co), and with
-//! g=smith-rational for distributions other than Beckmann's: the largest albedos found up to 89.9 degrees are then 286 (ggx,
-//! m = 1, 89.9 degrees) and 1.753 (ggx, m = 0.2, 89.9 degrees).
+//! Departure: Cook and Torrance 1982 print 1/(pi ci co) with D = exp(-tan^2/m^2)/(m^2 cos^4). Here the 4 is the Jacobian of
+//! the half vector, and D is normalised. A `ks` published in their convention is smaller than this one by a factor of 4/pi
+//! (D with its pi) or 4 (D without). Finite at grazing with every G except `none`. m -> 0: a mirror, D = 1/(pi m^2) at its
+//! peak. Reciprocal. Energy conserving with ks = 1 and F <= 1 for most pairs of d and g. Some gain energy: those with
+//! g=none, where f grows as 1/(ci co), and those whose shadowing does not follow from d and is too weak for it; the table
+//! below lists them.
 
 use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
-use crate::model::{Choices, Energy, Model, ModelOption, ParamSpec, Strength, Values, Visitor};
+use crate::model::{Choices, Model, ModelOption, ParamSpec, Strength, Values, Visitor};
 
 /// A microfacet lobe.
 #[derive(Clone, Copy, Debug)]
@@ -92,10 +92,6 @@ impl Model for CookTorrance {
             Fresnel::Conductor | Fresnel::None => &[],
             _ => &[("ks", "f0")],
         }
-    }
-
-    fn energy(&self) -> Energy {
-        self.shadowing.energy()
     }
 
     fn strength(&self) -> Strength {

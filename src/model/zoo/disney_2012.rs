@@ -9,7 +9,7 @@
 //! S  = 1.25 (Fss (1/(ci + co) - 1/2) + 1/2),      Fss = (1 + (r (wi.h)^2 - 1) L)(1 + (r (wi.h)^2 - 1) V)
 //! F0 = 0.08 specular (1 - metallic) + base metallic
 //! Ds = ggx-anisotropic, mx = r^2/a, my = r^2 a, a = sqrt(1 - 0.9 anisotropic)
-//! Gs = smith-uncorrelated of ggx with m = (1/2 + r/2)^2, over 4 ci co
+//! Gs = smith-uncorrelated over 4 ci co: of Ds with g=revised, of ggx with m = (1/2 + r/2)^2 with g=original
 //! Dc = gtr with gamma = 1, m = 0.1 - 0.099 clearcoat_gloss;   Gc = smith-uncorrelated of ggx with m = 0.25, over 4 ci co
 //! ```
 //!
@@ -24,13 +24,15 @@
 //! | clearcoat_gloss | 1 | 0..1 | fixed at 1 unless freed; has no effect without a coat |
 //!
 //! Burley 2012, Physically Based Shading at Disney, SIGGRAPH 2012 course notes, and the code of Disney's BRDF Explorer where
-//! the notes are incomplete: there G is divided by 4 ci co for both lobes, and the 1/4 of the coat is an additional factor.
+//! the notes are incomplete: there G is divided by 4 ci co for both lobes, and the 1/4 of the coat is an additional factor. The notes
+//! widen the roughness for Gs, `g=original`, which darkened the highlight at grazing. Their authors withdrew this (addendum in Burley
+//! 2015, Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering, SIGGRAPH 2015 course notes, section 6; the
+//! Explorer's code since 2017): the highlight is shadowed as its own facets are, `g=revised`. At roughness 0.2 the two differ by a quarter.
 //!
-//! Departures: the tints of specular and sheen mix the channels and are left out (0). The lower bound of roughness replaces the
-//! code's floor of 0.001 under mx and my. A single channel does not determine base, metallic and specular together: with
-//! specular fixed, the diffuse strength and F0 determine the other two. Reciprocal. Not energy conserving for rough surfaces at
-//! grazing, since its diffuse lobe is not: with everything at 1 the largest albedo found up to 89.9 degrees is 1.647, at 89.9
-//! degrees.
+//! Departures: the tints of specular and sheen mix the channels and are left out (0). The lower bound of roughness replaces
+//! the code's floor of 0.001 under mx and my. A single channel does not determine base, metallic and specular together:
+//! with specular fixed, the diffuse strength and F0 determine the other two. Reciprocal. Not energy conserving for rough
+//! surfaces at grazing, since its diffuse lobe is not, and since coat and sheen are simply added.
 
 use super::disney_diffuse::DisneyDiffuse;
 use crate::geometry::Geometry;
@@ -39,14 +41,25 @@ use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Gtr, Isotropi
 use crate::model::parts::fresnel::{FresnelReflectance, Reflectance, Schlick};
 use crate::model::parts::shadowing::SmithUncorrelated;
 use crate::model::{
-    Choices, Energy, Kernel, Model, ParamSpec, Part, Reshape, Reshaped, Scale, Sharing, Sharper, Strength,
-    Values, Visitor,
+    Choices, Kernel, Model, ModelOption, ParamSpec, Part, Reshape, Reshaped, Scale, Sharing, Sharper,
+    Strength, Values, Visitor,
 };
 use std::f64::consts::FRAC_1_PI;
 
 /// Disney's principled model.
 #[derive(Clone, Copy, Debug)]
-pub struct Disney2012;
+pub struct Disney2012 {
+    shadowing: HighlightShadowing,
+}
+
+/// The shadowing of the highlight.
+#[derive(Clone, Copy, Debug)]
+enum HighlightShadowing {
+    /// That of its own facets.
+    Revised,
+    /// That of rougher ones.
+    Original,
+}
 
 /// Index of the first of the shapes that hold the highlight's roughness and anisotropy.
 const ROUGHNESS: usize = 0;
@@ -67,10 +80,10 @@ impl Reshape for Highlight {
     }
 }
 
-/// m of the highlight's shadowing.
-struct HighlightShadowing;
+/// m of the highlight's shadowing in the notes of 2012.
+struct Widened;
 
-impl Reshape for HighlightShadowing {
+impl Reshape for Widened {
     const SHAPES: usize = 1;
 
     fn reshape<T: Scalar>(mut shapes: Values<'_, T>) -> [T; 2] {
@@ -80,7 +93,7 @@ impl Reshape for HighlightShadowing {
 }
 
 /// m and gamma of the coat.
-struct Coat;
+pub(super) struct Coat;
 
 impl Reshape for Coat {
     const SHAPES: usize = 1;
@@ -102,11 +115,13 @@ impl Reshape for CoatShadowing {
     }
 }
 
-/// The shadowing of both lobes, each with its own m.
+/// The shadowing of facets that are the same in all directions.
 type Visibility = <SmithUncorrelated as Shadows>::Visibility<Ggx<Isotropic>>;
+/// The shadowing of facets that are not.
+type AnisotropicVisibility = <SmithUncorrelated as Shadows>::Visibility<Ggx<Anisotropic>>;
 
 /// S/pi.
-struct Subsurface;
+pub(super) struct Subsurface;
 
 impl Kernel for Subsurface {
     type Prepared<T: Scalar> = T;
@@ -140,7 +155,7 @@ impl Part for Subsurface {
 }
 
 /// (1 - wi.h)^5
-struct Sheen;
+pub(super) struct Sheen;
 
 impl Kernel for Sheen {
     const SHARED_ON_RINGS: bool = true;
@@ -166,10 +181,21 @@ impl Model for Disney2012 {
     const NAME: &'static str = "disney-2012";
     const SUMMARY: &'static str = "Disney's principled model of 2012";
     const REFERENCE: &'static str =
-        "Burley 2012, Physically Based Shading at Disney, SIGGRAPH 2012 course notes";
+        "Burley 2012, Physically Based Shading at Disney, SIGGRAPH 2012 course notes, revised 2015";
+    const OPTIONS: &'static [ModelOption] = &[ModelOption {
+        key: "g",
+        summary: "shadowing of the highlight, as revised, or as first published",
+        values: || vec!["revised", "original"],
+        default: "revised",
+    }];
 
-    fn build(_: &Choices) -> Self {
-        Self
+    fn build(choices: &Choices) -> Self {
+        Self {
+            shadowing: match choices.get("g") {
+                "original" => HighlightShadowing::Original,
+                _ => HighlightShadowing::Revised,
+            },
+        }
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
@@ -201,7 +227,12 @@ impl Model for Disney2012 {
         visitor.part::<Sheen>(0);
         visitor.next_term();
         visitor.part::<Reshaped<Density<Ggx<Anisotropic>>, Highlight>>(ROUGHNESS);
-        visitor.part::<Reshaped<Visibility, HighlightShadowing>>(ROUGHNESS);
+        match self.shadowing {
+            HighlightShadowing::Revised => {
+                visitor.part::<Reshaped<AnisotropicVisibility, Highlight>>(ROUGHNESS);
+            }
+            HighlightShadowing::Original => visitor.part::<Reshaped<Visibility, Widened>>(ROUGHNESS),
+        }
         visitor.part::<Reflectance<Schlick>>(0);
         visitor.next_term();
         visitor.part::<Reshaped<Density<Gtr>, Coat>>(CLEARCOAT_GLOSS);
@@ -225,10 +256,6 @@ impl Model for Disney2012 {
             coat.times(0.04),
             coat,
         ]
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 1.647 }
     }
 
     fn strength(&self) -> Strength {

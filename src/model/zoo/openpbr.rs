@@ -3,12 +3,14 @@
 //! With M the metalness, lobe = D G/(4 ci co) (`ggx`, `smith`), r the roughness and a the anisotropy of the surface:
 //!
 //! ```text
-//! f  = (1 - M) (lobe specular_color F(specular_ior) + f_d (1 - E(ci))(1 - E(co))/(1 - Ea)) + M lobe F82
+//! f  = (1 - M) (lobe specular_color F(specular_ior) + f_d (1 - E(ci))(1 - E(co))/(1 - Ea)) + M (lobe F82 + bounces)
 //! f_d   eon with albedo = base_color and r = base_diffuse_roughness
 //! F     exact dielectric
 //! F82   f82-tint with f0 = base_color and tint = specular_color
 //! mx = r^2 sqrt(2/(1 + (1 - a)^2)),   my = (1 - a) mx
 //! E     directional albedo of lobe F at m = sqrt(mx my); Ea = 2 int E(c) c dc
+//! bounces  0 with scattering=single; with scattering=multiple, with E, Ea of lobe (F = 1) and Fa = 2 int F82(c) c dc,
+//!          (1 - E(ci))(1 - E(co))/(pi (1 - Ea)) Fa^2 Ea/(1 - Fa (1 - Ea))
 //! ```
 //!
 //! | parameter | unit | bounds | meaning |
@@ -31,7 +33,7 @@
 //! alternative that it offers, after Kelemen and Szirmay-Kalos 2001, with 1/(1 - Ea) as its normalisation: the reflectance of a
 //! Lambertian body seen from any direction is the same in both, E + base_color (1 - E). E is integrated whenever the shapes
 //! change (0.2 ms, with derivatives 0.5 ms) and is accurate to 3e-5 up to 85 degrees, and to 2e-4 up to 89; beyond, to 1e-3 for
-//! m = 1e-3. Below an anisotropic surface it is that of the isotropic surface with the same mx my, as in renderers. EON's albedo
+//! m = 1e-3. Below an anisotropic surface it is that of the isotropic surface with the same mx my, as in MaterialX' code. EON's albedo
 //! enters through b = albedo^2 Ea/(1 - albedo (1 - Ea)), which is not a sum of products of a function of the colour and one of
 //! the roughness; interpolation in 1 - Ea at five nodes makes it one, with an error of 3e-8.
 //!
@@ -40,30 +42,39 @@
 //! channels with different colours can determine both (`--free specular_ior`). M strictly between 0 and 1 is a mixture of two
 //! materials; if M = 0 or M = 1 fits as well, prefer that.
 //!
-//! Reciprocal, finite at grazing. A white Lambertian body below an isotropic surface reflects all that it receives, to 2e-5. With
-//! base_diffuse_roughness it reflects up to 0.6 % more at normal incidence (the largest albedo found with the parameters of
-//! tests/health.rs is 1.0024) and 2 % less at 85 degrees. Below an anisotropic surface it is off by up to 7 % at 70 degrees, and
-//! at 85 by 6 % for a = 0.5 and 20 % for a = 0.9; it is too bright across the smoother direction. Metal loses the light that is
-//! scattered more than once.
+//! Reciprocal, finite at grazing. A white Lambertian body below an isotropic surface reflects all that it receives, to
+//! 2e-5. With base_diffuse_roughness it reflects up to 0.6 % more at normal incidence and 2 % less at 85 degrees. Below an
+//! anisotropic surface it is off by up to 7 % at 70 degrees, and at 85 by 6 % for a = 0.5 and 20 % for a = 0.9; it is too
+//! bright across the smoother direction.
+//!
+//! With `scattering=single` metal loses the light that meets a second facet: white metal reflects 0.92, 0.70 and 0.31 of
+//! the light from above at roughness 0.5, 0.7 and 1. Renderers give it back; the code of OpenPBR's authors and of MaterialX
+//! does. So does `scattering=multiple`, in the reciprocal form of Kulla and Conty 2017 (Revisiting Physically Based Shading
+//! at Imageworks), with which isotropic white metal reflects everything; MaterialX scales the lobe by 1 + F (1 -
+//! E(co))/E(co) instead (Turquin 2019), which is not reciprocal. The bounces in a dielectric surface are not treated apart:
+//! the body receives what the surface does not send back.
 
 use super::eon::{Bounces, BouncesOf, MISSING, mean_albedo};
 use super::oren_nayar::FUJII;
 use crate::geometry::Geometry;
-use crate::math::{Scalar, count};
-use crate::model::parts::directional_albedo::Through;
+use crate::math::Scalar;
+use crate::model::parts::directional_albedo::{
+    BOUNCES, Bounced, Through, bounce_nodes, chebyshev, lagrange, later_bounces,
+};
 use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Shadows};
 use crate::model::parts::fresnel::{DielectricIndex, Fresnel, Reflectance};
 use crate::model::parts::shadowing::Smith;
 use crate::model::{
-    Choices, Energy, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Reshape, Reshaped, Scale,
-    Sharing, Sharper, Strength, Values, Visitor,
+    Choices, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Reshape, Reshaped, Scale, Sharing,
+    Sharper, Strength, Values, Visitor,
 };
-use std::f64::consts::PI;
 
 /// OpenPBR Surface's base.
 #[derive(Clone, Copy, Debug)]
 pub struct Openpbr {
     base: Base,
+    /// Whether the facets of the metal reflect to one another.
+    bounces: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -116,27 +127,42 @@ impl Reshape for FromBelow {
     }
 }
 
+/// The m of an isotropic surface of the same mx my.
+struct Mean;
+
+impl Reshape for Mean {
+    const SHAPES: usize = 2;
+
+    fn reshape<T: Scalar>(shapes: Values<'_, T>) -> [T; 2] {
+        let [mx, my] = Surface::reshape(shapes);
+        [(mx * my).sqrt(), T::constant(0.0)]
+    }
+}
+
 /// Number of nodes of the interpolation in 1 - Ea.
 const NODES: usize = 5;
 
-/// Chebyshev nodes from 0 to the value of 1 - Ea at roughness 1.
+/// The nodes: from 0 to the value of 1 - Ea at roughness 1.
 fn nodes() -> [f64; NODES] {
-    std::array::from_fn(|j| {
-        let angle = PI * (count(j) + 0.5) / count(NODES);
-        0.5 * MISSING / (1.0 + FUJII) * (1.0 - angle.cos())
-    })
+    chebyshev(MISSING / (1.0 + FUJII))
 }
 
+/// Number of coefficients: the body's, one of the highlight, and three and more of the metal.
+const COEFFICIENTS: usize = 1 + NODES + 1 + 3 + BOUNCES;
+
+/// Number of basis functions of the body.
+pub(super) const BODY: usize = 1 + NODES;
+
 /// EON's single bounce at albedo 1, and its later bounces times each of the Lagrange polynomials in 1 - Ea.
-struct Body;
+pub(super) struct Body;
 
 impl Kernel for Body {
-    const FUNCTIONS: usize = 1 + NODES;
+    const FUNCTIONS: usize = BODY;
     type Prepared<T: Scalar> = (BouncesOf<T>, [T; NODES]);
-    type Output<T: Scalar> = [T; 1 + NODES];
+    type Output<T: Scalar> = [T; BODY];
 
     #[inline(always)]
-    fn at<T: Scalar>((bounces, lagrange): &Self::Prepared<T>, g: &Geometry<T::Real>) -> [T; 1 + NODES] {
+    fn at<T: Scalar>((bounces, lagrange): &Self::Prepared<T>, g: &Geometry<T::Real>) -> [T; BODY] {
         let [single, later] = Bounces::at(bounces, g);
         let [a, b, c, d, e] = lagrange.map(|polynomial| polynomial * later);
         [single, a, b, c, d, e]
@@ -150,37 +176,37 @@ impl Part for Body {
     fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> PreparedBy<Self, T> {
         let [r] = shapes.take();
         let missing = (-mean_albedo(r)).plus(1.0);
-        let nodes = nodes();
-        let lagrange = nodes.map(|node| {
-            let others = nodes.iter().filter(|other| **other != node);
-            others.fold(T::constant(1.0), |product, other| {
-                product * missing.plus(-other).times(1.0 / (node - other))
-            })
-        });
-        (Bounces::prepare(Values::new(&[r])), lagrange)
+        (Bounces::prepare(Values::new(&[r])), lagrange(nodes(), missing))
     }
 }
 
 /// EON's albedo, and the corresponding factor of the later bounces at each node.
-fn body_coefficients<T: Scalar>(albedo: T) -> [T; 1 + NODES] {
-    let [a, b, c, d, e] =
-        nodes().map(|missing| (albedo * albedo).times(1.0 - missing) / (-albedo.times(missing)).plus(1.0));
+pub(super) fn body_coefficients<T: Scalar>(albedo: T) -> [T; BODY] {
+    let [a, b, c, d, e] = later_bounces(nodes(), albedo);
     [albedo, a, b, c, d, e]
 }
 
 impl Model for Openpbr {
-    type Coefficients<T: Scalar> = [T; NODES + 5];
+    type Coefficients<T: Scalar> = [T; COEFFICIENTS];
 
     const NAME: &'static str = "openpbr";
     const SUMMARY: &'static str = "base and specular of OpenPBR Surface";
     const REFERENCE: &'static str = "Academy Software Foundation 2024, OpenPBR Surface 1.1, \
         https://academysoftwarefoundation.github.io/OpenPBR/";
-    const OPTIONS: &'static [ModelOption] = &[ModelOption {
-        key: "base",
-        summary: "a mixture by metalness, or one of its ends",
-        values: || vec!["mixed", "dielectric", "metal"],
-        default: "mixed",
-    }];
+    const OPTIONS: &'static [ModelOption] = &[
+        ModelOption {
+            key: "base",
+            summary: "a mixture by metalness, or one of its ends",
+            values: || vec!["mixed", "dielectric", "metal"],
+            default: "mixed",
+        },
+        ModelOption {
+            key: "scattering",
+            summary: "light that meets the facets of the metal once, or also later",
+            values: || vec!["single", "multiple"],
+            default: "single",
+        },
+    ];
 
     fn build(choices: &Choices) -> Self {
         let base = match choices.get("base") {
@@ -188,7 +214,7 @@ impl Model for Openpbr {
             "metal" => Base::Metal,
             _ => Base::Mixed,
         };
-        Self { base }
+        Self { base, bounces: choices.get("scattering") == "multiple" }
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
@@ -227,10 +253,14 @@ impl Model for Openpbr {
         if let Base::Mixed | Base::Metal = self.base {
             show_surface(visitor);
             Fresnel::F82Tint.show(0, visitor);
+            if self.bounces {
+                visitor.next_term();
+                visitor.part::<Reshaped<Bounced, Mean>>(ROUGHNESS);
+            }
         }
     }
 
-    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; NODES + 5] {
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; COEFFICIENTS] {
         let (zero, one) = (T::constant(0.0), T::constant(1.0));
         let [color] = amplitudes.take();
         let [metalness] = match self.base {
@@ -239,19 +269,19 @@ impl Model for Openpbr {
             Base::Metal => [one],
         };
         let [tint] = amplitudes.take();
-        let [fallen, risen, dip] = Fresnel::F82Tint
-            .coefficients(&mut Values::new(&[color, tint]))
-            .map(|coefficient| metalness * coefficient);
-        if let Base::Metal = self.base {
-            return [fallen, risen, dip, zero, zero, zero, zero, zero, zero, zero];
-        }
         let dielectric = one - metalness;
-        let [single, a, b, c, d, e] = body_coefficients(color).map(|coefficient| dielectric * coefficient);
-        [single, a, b, c, d, e, dielectric * tint, fallen, risen, dip]
-    }
-
-    fn energy(&self) -> Energy {
-        Energy::MayGain { largest_albedo: 1.0024 }
+        let body = body_coefficients(color).map(|coefficient| dielectric * coefficient);
+        let of_facets = Fresnel::F82Tint.coefficients(&mut Values::new(&[color, tint]));
+        let [fallen, risen, dip] = of_facets;
+        // The means of 1 - (1 - mu)^5, (1 - mu)^5 and mu (1 - mu)^6 over 2 mu dmu.
+        let mean = fallen.times(20.0 / 21.0) + risen.times(1.0 / 21.0) + dip.times(1.0 / 126.0);
+        let metal = of_facets.into_iter().chain(later_bounces(bounce_nodes(), mean));
+        let metal = metal.map(|coefficient| metalness * coefficient);
+        // In the order in which they are visited.
+        let all = body.into_iter().chain(std::iter::once(dielectric * tint)).chain(metal);
+        let absent = if let Base::Metal = self.base { body.len() + 1 } else { 0 };
+        let mut visited = all.skip(absent);
+        std::array::from_fn(|_| visited.next().unwrap_or(zero))
     }
 
     fn strength(&self) -> Strength {

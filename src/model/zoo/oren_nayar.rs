@@ -21,18 +21,15 @@
 //! | sigma | deg | 0..90 | standard deviation of the facets' angle; 10 smooth plaster, 40 clay or sand |
 //! | r | 1 | 0..1 | roughness of `fujii`, instead of sigma; close to sigma in radians if it is small |
 //!
-//! Departure: some texts print 0.57 instead of 0.33 in the qualitative model, which the paper offers as a partial compensation
-//! for the dropped interreflection; here it is 0.33. At sigma = 0 both are Lambert. All variants are reciprocal. f stays finite
-//! at grazing, since b in tan b is the *smaller* angle. Close to grazing the full variant can be negative, and can reflect more
-//! than it receives: it is a fit to a numerical integral. With albedo = 1 the largest albedo of the surface found up to 89.9
-//! degrees is 1.048 (full, sigma = 20 degrees, 89.9 degrees) and 1.006 (qualitative, sigma = 5 degrees, 89.9 degrees). `fujii`
-//! conserves energy and is never negative.
+//! Departure: some texts print 0.57 instead of 0.33 in the qualitative model, which the paper offers as a partial
+//! compensation for the dropped interreflection; here it is 0.33. At sigma = 0 both are Lambert. All variants are
+//! reciprocal. f stays finite at grazing, since b in tan b is the *smaller* angle. Close to grazing the full variant can be
+//! negative, and can reflect more than it receives: it is a fit to a numerical integral. `fujii` conserves energy and is
+//! never negative.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
-use crate::model::{
-    Choices, Energy, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor,
-};
+use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Scale, Unit, Values, Visitor};
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI};
 
 /// A rough diffuse surface.
@@ -159,7 +156,7 @@ impl Part for Full {
 }
 
 /// The qualitative form, without interreflection.
-struct Qualitative;
+pub(super) struct Qualitative;
 
 impl Kernel for Qualitative {
     type Prepared<T: Scalar> = Roughness<T>;
@@ -296,13 +293,5 @@ impl Model for OrenNayar {
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2] {
         let [albedo] = amplitudes.take();
         [albedo, albedo * albedo]
-    }
-
-    fn energy(&self) -> Energy {
-        match self.variant {
-            Variant::Full => Energy::MayGain { largest_albedo: 1.048 },
-            Variant::Qualitative => Energy::MayGain { largest_albedo: 1.006 },
-            Variant::Fujii => Energy::Conserved,
-        }
     }
 }

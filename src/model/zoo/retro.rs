@@ -22,17 +22,15 @@
 //! tapes do get darker at oblique incidence.
 //!
 //! Departure: there is no Fresnel term. The light does not come back from facets, and a term that rises where wi and wo are
-//! opposite would rise where the lobe is absent. Reciprocal. Energy conserving for ks <= 1, except with g=none, where the
-//! largest albedo found up to 89.9 degrees is 286 (ggx, m = 1, 89.9 degrees), and with g=smith-rational for distributions
-//! other than Beckmann's, where it is 1.753 (ggx, m = 0.2, 89.9 degrees). At grazing, f with `g=neumann` grows without bound if
-//! both directions are grazing, and is finite if only one is; other forms of G behave as in Cook-Torrance. m -> 0: all light
-//! returns to where it came from.
+//! opposite would rise where the lobe is absent. Reciprocal. Energy conserving for ks <= 1, except for the pairs of d and g
+//! in the table below. At grazing, f with `g=neumann` grows without bound if both directions are grazing, and is finite if
+//! only one is; other forms of G behave as in Cook-Torrance. m -> 0: all light returns to where it came from.
 
 use super::cook_torrance::DISTRIBUTION;
 use crate::math::Scalar;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::shadowing::Shadowing;
-use crate::model::{Choices, Energy, Model, ModelOption, ParamSpec, Values, Visitor};
+use crate::model::{Choices, Model, ModelOption, ParamSpec, Values, Visitor};
 
 /// A lobe back towards the light.
 #[derive(Clone, Copy, Debug)]
@@ -79,9 +77,5 @@ impl Model for Retro {
 
     fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 1] {
         amplitudes.take()
-    }
-
-    fn energy(&self) -> Energy {
-        self.shadowing.energy()
     }
 }

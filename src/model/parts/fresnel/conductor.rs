@@ -24,7 +24,7 @@ use super::{Constants, FresnelReflectance};
 use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Scale, Values};
 
-pub(super) struct Conductor;
+pub(crate) struct Conductor;
 
 /// `part`/`whole`, computed as 1 - `rest`/`whole` if the two are close, since their derivatives would cancel.
 #[inline(always)]
@@ -32,6 +32,13 @@ fn quotient<T: Scalar>(part: T, whole: T, rest: T) -> T {
     let inverse = whole.recip();
     let half: T::Real = whole.value().times(0.5);
     T::if_less(half, part.value(), (-(rest * inverse)).plus(1.0), part * inverse)
+}
+
+/// The constants of the reflectance from eta - 1 and k^2, which may be 0.
+pub(crate) fn conductor_constants<T: Scalar>(eta_less_1: T, k2: T) -> Constants<T> {
+    let eta = eta_less_1.plus(1.0);
+    let eta2: T = eta * eta;
+    [(eta2 * k2).times(4.0), eta_less_1 * eta.plus(1.0) - k2, eta2 - k2]
 }
 
 impl FresnelReflectance for Conductor {

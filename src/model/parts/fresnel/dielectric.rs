@@ -16,7 +16,7 @@ use super::{Constants, FresnelReflectance};
 use crate::math::{Real, Scalar};
 use crate::model::{ParamSpec, Role, Scale, Values};
 
-pub(super) struct Dielectric;
+pub(crate) struct Dielectric;
 
 /// The constants that [`index_reflectance`] needs for a refractive index of at least 1: sqrt f0 = (eta - 1)/(eta + 1).
 #[inline(always)]

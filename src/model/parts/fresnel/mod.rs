@@ -13,7 +13,10 @@ mod normal_incidence;
 mod registry;
 mod schlick;
 
-pub(crate) use dielectric::{DielectricIndex, index_constants, index_reflectance, index_transmittance};
+pub(crate) use conductor::{Conductor, conductor_constants};
+pub(crate) use dielectric::{
+    Dielectric, DielectricIndex, index_constants, index_reflectance, index_transmittance,
+};
 pub use normal_incidence::{Known, NAMES, eta_of_f0, f0_of_eta, f0_of_index, known_f0};
 pub use registry::Fresnel;
 pub(crate) use schlick::Schlick;

@@ -14,6 +14,7 @@ mod smith_uncorrelated;
 mod v_cavity;
 
 pub use registry::Shadowing;
+pub(crate) use schlick_smith::SchlickSmith;
 pub(crate) use smith::Smith;
 pub(crate) use smith_uncorrelated::SmithUncorrelated;
 

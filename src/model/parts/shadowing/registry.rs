@@ -3,9 +3,9 @@
 use super::{
     implicit, kelemen, neumann, none, schlick_smith, smith, smith_rational, smith_uncorrelated, v_cavity,
 };
+use crate::model::Visitor;
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::parts;
-use crate::model::{Energy, Visitor};
 
 macro_rules! shadowings {
     ($($name:literal => $module:ident::$part:ident),* $(,)?) => {
@@ -33,18 +33,4 @@ shadowings! {
     "neumann" => neumann::Neumann,
     "implicit" => implicit::Implicit,
     "none" => none::None,
-}
-
-impl Shadowing {
-    /// Whether a lobe of perfect facets gains energy with this form of shadowing.
-    #[must_use]
-    pub fn energy(self) -> Energy {
-        match self {
-            // Nothing compensates 1/(4 ci co), which grows without bound towards grazing.
-            Self::None => Energy::MayGain { largest_albedo: 286.0 },
-            // It is Beckmann's shadowing for any distribution, which is too weak for those with longer tails.
-            Self::SmithRational => Energy::MayGain { largest_albedo: 1.753 },
-            _ => Energy::Conserved,
-        }
-    }
 }
