@@ -155,6 +155,8 @@ pub enum NameKind {
     Channel,
     /// A file format.
     Format,
+    /// A renderer to export to.
+    Target,
 }
 
 impl fmt::Display for NameKind {
@@ -168,6 +170,7 @@ impl fmt::Display for NameKind {
             Self::Parameter => "a parameter",
             Self::Channel => "a channel",
             Self::Format => "a format",
+            Self::Target => "a target",
         })
     }
 }

@@ -112,6 +112,8 @@ pub mod synthetic;
 #[doc(hidden)]
 pub mod drawdown;
 #[doc(hidden)]
+pub mod export;
+#[doc(hidden)]
 pub mod health;
 #[doc(hidden)]
 pub mod image;

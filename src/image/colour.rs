@@ -88,6 +88,21 @@ impl ToRgb {
         self.matrix.each_ref().map(|row| row.iter().zip(values.clone()).map(|(weight, f)| weight * f).sum())
     }
 
+    /// Values by channel converted to red, green and blue, or to a single grey channel if `colours` is 1.
+    #[must_use]
+    pub fn rows(&self, rows: Vec<Vec<f64>>, colours: usize) -> Vec<Vec<f64>> {
+        if rows.len() == 1 {
+            return rows;
+        }
+        let samples = rows.first().map_or(0, Vec::len);
+        let of_colour = |weights: &Vec<f64>| {
+            let at =
+                |sample: usize| weights.iter().zip(&rows).map(|(weight, row)| weight * row[sample]).sum();
+            (0..samples).map(at).collect()
+        };
+        self.matrix.iter().take(colours).map(of_colour).collect()
+    }
+
     /// The measurement converted to red, green and blue, or to a single grey channel.
     #[must_use]
     pub fn measurement<'m>(&self, measurement: &'m Measurement) -> Cow<'m, Measurement> {

@@ -123,10 +123,33 @@ impl Recorded {
     }
 }
 
-/// The field that says which form a file has.
+/// The fields that say which form a file has.
 #[derive(Deserialize)]
-struct Schema {
-    schema: String,
+struct Form {
+    schema: Option<String>,
+    /// The materials of a glTF file.
+    #[serde(default)]
+    materials: Vec<Material>,
+}
+
+/// A material of a glTF file, which holds a report if `brdfit export` wrote it.
+#[derive(Deserialize)]
+struct Material {
+    #[serde(default)]
+    extras: Extras,
+}
+
+/// What a file of `brdfit export` holds besides the material.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Extras {
+    brdfit: Exported,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Exported {
+    report: Option<Report>,
 }
 
 /// Whether a file's first bytes are those of a report rather than a measurement: no measurement format begins with a
@@ -145,17 +168,26 @@ pub fn is_report(head: &[u8]) -> bool {
 pub fn read(bytes: &[u8], path: &Path) -> Result<Vec<Recorded>, Error> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let expected = format!("a report ({SCHEMA} or {SCHEMA_SEVERAL})");
-    let Schema { schema } = parse(bytes, path, &expected)?;
-    let found = match schema.as_str() {
-        SCHEMA => vec![parse::<Report>(bytes, path, &expected)?],
-        SCHEMA_SEVERAL => {
+    let Form { schema, materials } = parse(bytes, path, &expected)?;
+    let found = match schema.as_deref() {
+        None => {
+            let reports = materials.into_iter().filter_map(|material| material.extras.brdfit.report);
+            let found: Vec<Report> = reports.collect();
+            if found.is_empty() {
+                let nothing = "a fault: missing field `schema`, and no material that brdfit export wrote";
+                return Err(Error::malformed(path, Place::Line(1), expected, nothing));
+            }
+            found
+        }
+        Some(SCHEMA) => vec![parse::<Report>(bytes, path, &expected)?],
+        Some(SCHEMA_SEVERAL) => {
             let Reports { mut reports, ranking, .. } = parse(bytes, path, &expected)?;
             if let Some(best) = ranking.first().map(|rank| rank.index).filter(|best| *best < reports.len()) {
                 reports.swap(0, best);
             }
             reports
         }
-        other => {
+        Some(other) => {
             let found = format!("schema {}", excerpt(other));
             return Err(Error::malformed(path, Place::File, expected, found));
         }

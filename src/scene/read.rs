@@ -252,16 +252,27 @@ impl Scene {
     /// # Errors
     /// [`Error::Io`] for a file that cannot be read, [`Error::Malformed`] for one that is not a valid scene.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        scene(path)
+        let bytes = bounded(path, MOST_BYTES).map_err(Error::read(path))?;
+        let file = Reader { path };
+        scene(path, &bytes.ok_or_else(|| file.wrong(format!("at most {MOST_BYTES} bytes"), "more"))?)
+    }
+
+    /// A ball between three softboxes (data/scenes/studio-sphere.json), in an image with sides of `side` pixels.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] for sides that a camera does not have.
+    pub fn studio(side: u32) -> Result<Self, Error> {
+        let text = include_str!("../../data/scenes/studio-sphere.json");
+        let sides = format!("\"width\": {side}, \"height\": {side}");
+        let text = text.replacen("\"width\": 64, \"height\": 64", &sides, 1);
+        scene(Path::new("studio-sphere"), text.as_bytes())
     }
 }
 
-/// Reads the scene in a file.
-fn scene(path: &Path) -> Result<Scene, Error> {
+/// Reads the scene whose file at `path` has this content.
+fn scene(path: &Path, bytes: &[u8]) -> Result<Scene, Error> {
     let file = Reader { path };
-    let bytes = bounded(path, MOST_BYTES).map_err(Error::read(path))?;
-    let bytes = bytes.ok_or_else(|| file.wrong(format!("at most {MOST_BYTES} bytes"), "more"))?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     /// The schema is read first, so that a file that is not a scene is not rejected because of its fields.
     #[derive(Deserialize)]
     struct Tag {

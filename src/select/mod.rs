@@ -11,6 +11,7 @@
 
 mod fits;
 mod importance;
+mod rendered;
 mod seen;
 mod studio;
 mod target;
@@ -18,6 +19,7 @@ mod text;
 
 pub use fits::DRAWN;
 pub use importance::COVERED_SHARE;
+pub use rendered::{ModelAt, Rendered, render};
 pub use seen::SeenMap;
 pub use text::{name, table};
 

@@ -14,7 +14,7 @@ use crate::tradeoff::{counted, in_single_precision};
 use std::collections::BTreeMap;
 
 /// Parameter values by channel and lobe.
-pub(super) type Values = Vec<Vec<LobeValues>>;
+pub type Values = Vec<Vec<LobeValues>>;
 
 /// The precision that a model is evaluated in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,13 +102,30 @@ impl Studio {
         values: &Values,
         precision: Precision,
     ) -> Result<(Image, Differences), Error> {
-        let rows = match precision {
+        self.compare(&self.rows(expression, values, precision))
+    }
+
+    /// f of a model, by channel and pair of the view.
+    pub(super) fn rows(
+        &self,
+        expression: &Expression,
+        values: &Values,
+        precision: Precision,
+    ) -> Vec<Vec<f64>> {
+        match precision {
             Precision::Double => expression.values(&self.directions, values),
             Precision::Single => {
                 values.iter().map(|values| in_single_precision(expression, values, self.pairs())).collect()
             }
-        };
-        let image = image(&self.view, &self.known, &rows)?;
+        }
+    }
+
+    /// Renders values of f in one channel or three, and returns the image and its differences from the measured one.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for an image that is not finite.
+    pub(super) fn compare(&self, rows: &[Vec<f64>]) -> Result<(Image, Differences), Error> {
+        let image = image(&self.view, &self.known, rows)?;
         let differences = differences(&self.measured, &image, &self.compared)?;
         Ok((image, differences))
     }

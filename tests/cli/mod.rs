@@ -4,12 +4,14 @@
 mod broken;
 mod check;
 mod evaluate;
+mod export;
 mod fit;
 mod general;
 mod info;
 mod input;
 mod kubelka_munk;
 mod models;
+mod render;
 mod report;
 mod select;
 mod synth;

@@ -4,15 +4,13 @@
 use crate::cli::messages::{say, show};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::model::ModelArguments;
-use crate::cli::options::recorded::report;
+use crate::cli::options::recorded::{own_measurement, report};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
 use brdfit::Error;
-use brdfit::error::{Place, excerpt};
 use brdfit::fit::evaluate;
 use brdfit::geometry::Directions;
-use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::{ReadOptions, csv, read_directions};
 use brdfit::report::{Circumstances, OptionRecord, Recorded, Report, Times};
 use brdfit::synthetic::{Noise, measurement};
@@ -139,7 +137,14 @@ fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
 
     let started = Instant::now();
     let measurement = match &recorded {
-        Some((path, recorded)) if is_own => own_measurement(&read, path, &input, &recorded.report)?,
+        Some((path, recorded)) if is_own => own_measurement(
+            &read,
+            path,
+            &input,
+            &recorded.report,
+            "",
+            "name another to compare with as a second input",
+        )?,
         _ => read.read(&input)?,
     };
     let reading = started.elapsed().as_secs_f64();
@@ -173,33 +178,4 @@ fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
         output.commit(text.as_bytes())?;
     }
     Ok(if report.termination.usable { Outcome::Good } else { Outcome::NotUsable })
-}
-
-/// The measurement that the report at `path` was made from.
-fn own_measurement(
-    read: &ReadArguments,
-    path: &Path,
-    input: &Path,
-    reported: &Report,
-) -> Result<Measurement, Error> {
-    let expected = || {
-        format!(
-            "its measurement {} (SHA-256 {}); name another to compare with as a second input",
-            input.display(),
-            excerpt(&reported.data.sha256)
-        )
-    };
-    if !input.exists() {
-        return Err(Error::malformed(path, Place::File, expected(), "no such file"));
-    }
-    let measurement = read.or_in_format(&reported.data.format).read(input)?;
-    if measurement.source.sha256 != reported.data.sha256 {
-        return Err(Error::malformed(
-            path,
-            Place::File,
-            expected(),
-            format!("a file of SHA-256 {}", measurement.source.sha256),
-        ));
-    }
-    Ok(measurement)
 }

@@ -206,7 +206,7 @@ fn options_of_each(expressions: &[Expression], options: &Options) -> Vec<Options
 }
 
 /// Makes the first Ctrl-C stop the fit with the best parameters so far, and the second end the program.
-fn listen_for_interrupts(stop: &Arc<AtomicBool>) {
+pub(super) fn listen_for_interrupts(stop: &Arc<AtomicBool>) {
     let stop = Arc::clone(stop);
     // Without a handler Ctrl-C simply ends the program.
     let _ = ctrlc::set_handler(move || {

@@ -4,12 +4,14 @@
 
 mod check;
 mod evaluate;
+mod export;
 mod fit;
 mod fit_outputs;
 mod info;
 mod kubelka_munk;
 mod models;
 mod read_ahead;
+mod render;
 mod select;
 mod synth;
 mod tradeoff;
@@ -41,6 +43,8 @@ subcommands! {
     Fit: fit,
     /// Evaluate a model at given parameters and report its errors
     Evaluate: evaluate,
+    /// Write a fit as a renderer's material
+    Export: export,
     /// List the models with their parameters, bounds, units and references
     Models: models,
     /// Show what a measurement file contains
@@ -49,6 +53,8 @@ subcommands! {
     Check: check,
     /// Show what accuracy costs: models, approximations and numbers of samples
     Tradeoff: tradeoff,
+    /// Render a measurement, and a fit beside it
+    Render: render,
     /// Find the cheapest model that a scene cannot tell from the measurement
     Select: select,
     /// Make a synthetic measurement

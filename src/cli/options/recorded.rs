@@ -1,9 +1,11 @@
 //! Models from reports.
 
+use super::input::ReadArguments;
 use crate::cli::messages::remark;
 use brdfit::Error;
-use brdfit::error::Place;
-use brdfit::report::{Recorded, is_report, read};
+use brdfit::error::{Place, excerpt};
+use brdfit::measurement::Measurement;
+use brdfit::report::{Recorded, Report, is_report, read};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -41,4 +43,29 @@ pub fn report(path: &Path) -> Result<Option<Recorded>, Error> {
 /// The model in a file that must be a report.
 pub fn the_report(path: &Path) -> Result<Recorded, Error> {
     report(path)?.ok_or_else(|| Error::malformed(path, Place::File, "a report of brdfit", "something else"))
+}
+
+/// The measurement that the report at `path` was made from, `input`. An error says with `why` what it is needed for, and with `hint`
+/// what to do without it.
+pub fn own_measurement(
+    read: &ReadArguments,
+    path: &Path,
+    input: &Path,
+    reported: &Report,
+    why: &str,
+    hint: &str,
+) -> Result<Measurement, Error> {
+    let expected = || {
+        let sha256 = excerpt(&reported.data.sha256);
+        format!("{why}its measurement {} (SHA-256 {sha256}); {hint}", input.display())
+    };
+    if !input.exists() {
+        return Err(Error::malformed(path, Place::File, expected(), "no such file"));
+    }
+    let measurement = read.or_in_format(&reported.data.format).read(input)?;
+    if measurement.source.sha256 != reported.data.sha256 {
+        let found = format!("a file of SHA-256 {}", measurement.source.sha256);
+        return Err(Error::malformed(path, Place::File, expected(), found));
+    }
+    Ok(measurement)
 }

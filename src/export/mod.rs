@@ -1,0 +1,24 @@
+//! Fits as renderers' own material files.
+//!
+//! Every [`Target`] lists the forms that it can hold: expressions whose formula is the renderer's own, each with a function that writes
+//! it. A fit of one of them is exported exactly. Any other fit is made again in the target's [`Target::own`] form.
+//!
+//! To add a target: copy the file of the most similar one, and add one line to [`TARGETS`].
+
+mod blender;
+mod gltf;
+mod materialx;
+mod mitsuba;
+mod pbrt;
+mod radiance;
+mod record;
+mod registry;
+mod sphere;
+mod target;
+mod usd;
+mod values;
+
+pub use record::{Agreement, ExportRecord, ModelError, SCHEMA};
+pub use registry::{TARGETS, named};
+pub use target::{Target, Written};
+pub use values::{About, NotHeld, Values};
