@@ -25,8 +25,8 @@ use std::sync::Arc;
 /// Sets of parameters per model in every run of the tests, without noise and with it, and in the long one.
 const SETS: usize = 2;
 const NOISY_SETS: usize = 1;
-const MANY_SETS: usize = 10;
-const GRID_SETS: usize = 2;
+const MANY_SETS: usize = 5;
+const GRID_SETS: usize = 1;
 const DIRECTIONS: usize = 1500;
 
 /// A model and the parameters freed in it.
