@@ -81,17 +81,12 @@ fn node(lobe: LobeOf<'_, '_>) -> Result<String, NotHeld> {
     if !lobe.is("cook-torrance", &[ggx, ("g", &["smith"])]) {
         return Err(lobe.not_held());
     }
-    // alpha_x = r^2/aspect and alpha_y = r^2 aspect, with an aspect of sqrt(1 - 0.9 anisotropic).
-    let [mx, my] = lobe.roughness()?;
-    let anisotropic = (1.0 - my / mx) / 0.9;
-    if !(-1e-12..=1.0).contains(&anisotropic) {
-        return Err(lobe.not_held());
-    }
-    let roughness = (mx * my).sqrt().sqrt().to_string();
-    let anisotropic = anisotropic.max(0.0).to_string();
+    let [roughness, anisotropic] = lobe.by_aspect(0.0, 1.0)?;
+    let is_anisotropic = anisotropic != 0.0;
+    let [roughness, anisotropic] = [roughness, anisotropic].map(|value| value.to_string());
     if lobe.choice("f") == "none" {
         // Glossy has the aspect itself: alpha_x = r^2/(1 - a), alpha_y = r^2 (1 - a).
-        if mx != my {
+        if is_anisotropic {
             return Err(lobe.not_held());
         }
         let inputs = [("Color", color(lobe.rgb("ks"))), ("Roughness", roughness)];

@@ -102,19 +102,14 @@ fn conductor(lobe: LobeOf<'_, '_>, scale: f64) -> Result<String, NotHeld> {
 }
 
 fn metal(lobe: LobeOf<'_, '_>, _: f64) -> Result<String, NotHeld> {
-    // alpha_u = r^2/aspect and alpha_v = r^2 aspect, with an aspect of sqrt(1 - 0.9 anisotropic).
-    let [mx, my] = lobe.roughness_within(LEAST_ALPHA, 1.0)?;
-    let anisotropic = (1.0 - my / mx) / 0.9;
-    if !(-1e-12..=1.0).contains(&anisotropic) {
-        return Err(lobe.not_held());
-    }
+    let [roughness, anisotropic] = lobe.by_aspect(LEAST_ALPHA, 1.0)?;
     Ok(element(
         "principled",
         &[
             rgb("base_color", lobe.rgb_within("f0", 0.0, 1.0)),
             number("metallic", 1.0),
-            number("roughness", (mx * my).sqrt().sqrt()),
-            number("anisotropic", anisotropic.max(0.0)),
+            number("roughness", roughness),
+            number("anisotropic", anisotropic),
         ],
     ))
 }

@@ -219,6 +219,20 @@ impl LobeOf<'_, '_> {
         Ok(if two { [one("mx")?, one("my")?] } else { [one("m")?; 2] })
     }
 
+    /// Roughness and anisotropy of a target with mx = r^2/aspect and my = r^2 aspect, where the aspect is sqrt(1 - 0.9 anisotropy), from
+    /// mx and my in `low..=high`.
+    ///
+    /// # Errors
+    /// Those of [`Self::one`], and [`NotHeld::Lobe`] if my is larger than mx or less than a tenth of it.
+    pub fn by_aspect(&self, low: f64, high: f64) -> Result<[f64; 2], NotHeld> {
+        let [mx, my] = self.roughness_within(low, high)?;
+        let anisotropy = (1.0 - my / mx) / 0.9;
+        if !(-1e-12..=1.0).contains(&anisotropy) {
+            return Err(self.not_held());
+        }
+        Ok([(mx * my).sqrt().sqrt(), anisotropy.max(0.0)])
+    }
+
     /// That the target has no form for the lobe.
     pub fn not_held(&self) -> NotHeld {
         NotHeld::Lobe(self.lobe().map_or_else(String::new, |lobe| format!("'{}'", lobe.canonical())))

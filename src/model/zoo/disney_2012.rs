@@ -25,9 +25,8 @@
 //!
 //! Burley 2012, Physically Based Shading at Disney, SIGGRAPH 2012 course notes, and the code of Disney's BRDF Explorer where
 //! the notes are incomplete: there G is divided by 4 ci co for both lobes, and the 1/4 of the coat is an additional factor. The notes
-//! widen the roughness for Gs, `g=original`, which darkened the highlight at grazing. Their authors withdrew this (addendum in Burley
-//! 2015, Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering, SIGGRAPH 2015 course notes, section 6; the
-//! Explorer's code since 2017): the highlight is shadowed as its own facets are, `g=revised`. At roughness 0.2 the two differ by a quarter.
+//! widen the roughness for Gs, `g=original`, which darkened the highlight at grazing. Their author withdrew this (addendum to the
+//! notes; the Explorer's code since 2017, src/brdfs/disney.brdf): the highlight is shadowed as its own facets are, `g=revised`. At roughness 0.2 the two differ by a quarter.
 //!
 //! Departures: the tints of specular and sheen mix the channels and are left out (0). The lower bound of roughness replaces
 //! the code's floor of 0.001 under mx and my. A single channel does not determine base, metallic and specular together:
@@ -181,7 +180,7 @@ impl Model for Disney2012 {
     const NAME: &'static str = "disney-2012";
     const SUMMARY: &'static str = "Disney's principled model of 2012";
     const REFERENCE: &'static str =
-        "Burley 2012, Physically Based Shading at Disney, SIGGRAPH 2012 course notes, revised 2015";
+        "Burley 2012, Physically Based Shading at Disney, SIGGRAPH 2012 course notes, with its addendum";
     const OPTIONS: &'static [ModelOption] = &[ModelOption {
         key: "g",
         summary: "shadowing of the highlight, as revised, or as first published",
