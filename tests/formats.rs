@@ -20,8 +20,8 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-const CENTER: ReadOptions = ReadOptions::new();
-const EDGE: ReadOptions = ReadOptions::new().with_merl_bins(BinPosition::Edge);
+static CENTER: ReadOptions = ReadOptions::new();
+static EDGE: ReadOptions = ReadOptions::new().with_merl_bins(BinPosition::Edge);
 
 /// Reads bytes in the format of that name.
 fn parse(format: &str, bytes: &[u8], options: &ReadOptions) -> Result<Measurement, Error> {

@@ -17,13 +17,14 @@
 //! from 490 to 580 nm and one above, all visible. Otherwise, and for channels that are neither RGB nor spectral, the
 //! image is grey: the mean of the visible channels, or of all if none is visible. [`Route`] says which case applies.
 
+use crate::geometry::Pair;
 use crate::math::count;
-use crate::measurement::{Channel, Measurement};
+use crate::measurement::{Channel, Continuous, Measurement};
 use nalgebra::{Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::borrow::Cow;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 /// How the channels were converted to RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
@@ -138,7 +139,32 @@ impl ToRgb {
             directions: measurement.directions.clone(),
             dropped: measurement.dropped.clone(),
             doubts: measurement.doubts.clone(),
+            remarks: measurement.remarks.clone(),
+            instrument: measurement.instrument.clone(),
+            continuous: measurement.continuous.as_ref().map(|inside| {
+                let matrix = self.matrix.iter().take(names.len()).cloned().collect();
+                let mixed: Arc<dyn Continuous> = Arc::new(Mixed { matrix, inside: Arc::clone(inside) });
+                mixed
+            }),
         })
+    }
+}
+
+/// The colours of a BRDF that a file defines everywhere.
+#[derive(Debug)]
+struct Mixed {
+    /// Weights by colour and channel.
+    matrix: Vec<Vec<f64>>,
+    inside: Arc<dyn Continuous>,
+}
+
+impl Continuous for Mixed {
+    fn at(&self, pair: &Pair, values: &mut [f64]) {
+        let mut channels = vec![0.0; self.matrix.first().map_or(0, Vec::len)];
+        self.inside.at(pair, &mut channels);
+        for (value, weights) in values.iter_mut().zip(&self.matrix) {
+            *value = weights.iter().zip(&channels).map(|(weight, f)| weight * f).sum();
+        }
     }
 }
 
@@ -399,12 +425,12 @@ mod tests {
             let row = |j: usize| vec![0.1 + 0.05 * count(j), 0.4 - 0.02 * count(j)];
             Measurement {
                 source: Source { path: "test.csv".into(), sha256: String::new(), format: "csv" },
-                channels: channels(names),
-                directions: Directions::Scattered(vec![pair; 2]),
-                values: (0..names.len()).map(row).collect(),
                 sigma: Some((0..names.len()).map(|j| vec![0.01 * count(j + 1); 2]).collect()),
-                dropped: BTreeMap::new(),
-                doubts: Vec::new(),
+                ..Measurement::of(
+                    channels(names),
+                    Directions::Scattered(vec![pair; 2]),
+                    (0..names.len()).map(row).collect(),
+                )
             }
         };
         let spectral = measured(&["450", "500", "550", "600", "650"]);

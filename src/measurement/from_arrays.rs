@@ -3,7 +3,6 @@
 use super::{Channel, Measurement, Source};
 use crate::error::{Error, excerpt};
 use crate::geometry::Directions;
-use std::collections::BTreeMap;
 
 impl Measurement {
     /// Creates a measurement of `directions` from the name and the values of each channel: f in 1/sr, one value per
@@ -40,12 +39,7 @@ impl Measurement {
         }
         let measurement = Self {
             source: Source { path: "arrays".into(), format: "arrays", sha256: String::new() },
-            channels,
-            directions,
-            values,
-            sigma: None,
-            dropped: BTreeMap::new(),
-            doubts: Vec::new(),
+            ..Self::of(channels, directions, values)
         };
         measurement.check_lengths()?;
         measurement.check_values(&measurement.values, "values", f64::NEG_INFINITY)?;

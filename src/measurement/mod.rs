@@ -1,5 +1,6 @@
 //! Measured reflectance: the contents of a file, which samples are usable, and how they are weighted.
 
+mod continuous;
 mod coverage;
 mod dead_channels;
 mod draws;
@@ -7,12 +8,15 @@ pub mod formats;
 mod from_arrays;
 mod from_file;
 mod incidence;
+mod instrument;
 pub mod interpolant;
 #[doc(hidden)]
 pub mod merl_digests;
 mod predicted;
+mod remark;
 mod samples;
 
+pub use continuous::Continuous;
 pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
 #[doc(hidden)]
 pub use dead_channels::{dead_channels, doubts as dead_channel_doubts};
@@ -20,9 +24,11 @@ pub use dead_channels::{dead_channels, doubts as dead_channel_doubts};
 pub use draws::Draws;
 #[doc(hidden)]
 pub use incidence::IncidenceGroups;
+pub use instrument::{Instrument, TotalScatter};
 pub use interpolant::Interpolant;
 #[doc(hidden)]
 pub use predicted::Predicted;
+pub use remark::Remark;
 #[doc(hidden)]
 pub use samples::checked_max_theta;
 pub use samples::{Filters, Samples, Weighting};
@@ -31,6 +37,7 @@ use crate::geometry::Directions;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// One spectral band.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,9 +140,31 @@ pub struct Measurement {
     pub dropped: BTreeMap<&'static str, usize>,
     /// Reasons of the reader to doubt the file.
     pub doubts: Vec<Doubt>,
+    /// What the reader did that a user should know.
+    pub remarks: Vec<Remark>,
+    /// What the file says about the instrument and the sample.
+    pub instrument: Instrument,
+    /// The BRDF from which the samples were drawn, if the file defines one everywhere.
+    pub continuous: Option<Arc<dyn Continuous>>,
 }
 
 impl Measurement {
+    /// A measurement that has nothing but channels, directions and values.
+    pub(crate) fn of(channels: Vec<Channel>, directions: Directions, values: Vec<Vec<f64>>) -> Self {
+        Self {
+            source: Source::default(),
+            channels,
+            directions,
+            values,
+            sigma: None,
+            dropped: BTreeMap::new(),
+            doubts: Vec::new(),
+            remarks: Vec::new(),
+            instrument: Instrument::default(),
+            continuous: None,
+        }
+    }
+
     /// The names of the channels.
     #[must_use]
     pub fn channel_names(&self) -> Vec<String> {

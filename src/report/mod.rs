@@ -66,6 +66,7 @@ impl Report {
                 used: fit.used,
                 dropped: fit.dropped.iter().map(|(reason, n)| ((*reason).into(), *n)).collect(),
                 channels: channels.clone(),
+                remarks: measurement.remarks.iter().map(ToString::to_string).collect(),
             },
             filters: FilterRecord {
                 max_theta_deg: circumstances.max_theta_deg,

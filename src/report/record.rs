@@ -115,6 +115,9 @@ pub struct Data {
     /// Number of samples left out, by reason.
     #[serde(default)]
     pub dropped: BTreeMap<Cow<'static, str>, usize>,
+    /// What the reader did that a user should know, in words.
+    #[serde(default)]
+    pub remarks: Vec<String>,
 }
 
 /// Which samples were fitted, and with what weights.
@@ -403,6 +406,8 @@ pub struct OptionRecord {
     pub sigma_scale: Option<Open<SigmaScale>>,
     /// The directions that the cells of a MERL table stand for.
     pub merl_bins: Open<BinPosition>,
+    /// The material that was read from a file that holds several, as given; null if none was named.
+    pub material: Option<String>,
     /// How strongly outliers are down-weighted.
     pub loss: Open<LossKind>,
     /// Residual above which the loss down-weights a sample, in units of the residual (standard deviations for weights by

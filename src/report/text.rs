@@ -30,6 +30,9 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     let dropped =
         if dropped.is_empty() { String::new() } else { format!("; left out: {}", dropped.join(", ")) };
     writeln!(text, "{} of {} samples{dropped}", data.used, data.samples)?;
+    for remark in &data.remarks {
+        writeln!(text, "{remark}")?;
+    }
     writeln!(text, "{}", report.model)?;
     let unused = if report.filters.sigma_unused { " (standard deviations of the file not used)" } else { "" };
     writeln!(

@@ -11,7 +11,6 @@ use crate::measurement::interpolant::Interpolant;
 use crate::model::{Expression, LobeValues};
 use crate::scene::View;
 use crate::tradeoff::{counted, in_single_precision};
-use std::collections::BTreeMap;
 
 /// Parameter values by channel and lobe.
 pub type Values = Vec<Vec<LobeValues>>;
@@ -77,13 +76,12 @@ impl Studio {
         let chosen = self.importance.draw(&self.view, &self.known, wanted)?;
         let pick = |row: &Vec<f64>| chosen.iter().map(|&index| row[index]).collect();
         Some(Measurement {
-            directions: self.directions.select(&chosen),
-            values: self.values.iter().map(pick).collect(),
-            sigma: None,
-            dropped: BTreeMap::new(),
-            doubts: Vec::new(),
             source: measurement.source.clone(),
-            channels: measurement.channels.clone(),
+            ..Measurement::of(
+                measurement.channels.clone(),
+                self.directions.select(&chosen),
+                self.values.iter().map(pick).collect(),
+            )
         })
     }
 

@@ -118,11 +118,11 @@ pub fn measurement(
     let Values { values, sigma } = values(expression, table, &directions, noise, seed);
     Measurement {
         source: crate::measurement::Source { format: "synthetic", ..Default::default() },
-        channels: table.channels().iter().map(|name| Channel::named(name)).collect(),
-        directions,
-        values,
         sigma: noise.any().then_some(sigma),
-        dropped: std::collections::BTreeMap::new(),
-        doubts: Vec::new(),
+        ..Measurement::of(
+            table.channels().iter().map(|name| Channel::named(name)).collect(),
+            directions,
+            values,
+        )
     }
 }

@@ -11,7 +11,7 @@ use crate::cli::output::{Output, json};
 use brdfit::Error;
 use brdfit::fit::evaluate;
 use brdfit::geometry::Directions;
-use brdfit::measurement::formats::{ReadOptions, csv, read_directions};
+use brdfit::measurement::formats::{csv, read_directions};
 use brdfit::report::{Circumstances, OptionRecord, Recorded, Report, Times};
 use brdfit::synthetic::{Noise, measurement};
 use clap::Args;
@@ -97,7 +97,7 @@ fn values_at(arguments: &Arguments, inputs: Inputs, at: &Path) -> Result<Outcome
     arguments.report.check_inputs(&files)?;
     let (expression, table) = arguments.model.with_values(recorded, false)?;
     let output = arguments.report.file().map(Output::open).transpose()?;
-    let pairs = read_directions(at, &ReadOptions::new().with_merl_bins(arguments.read.merl_bins()))?;
+    let pairs = read_directions(at, &arguments.read.options())?;
     let directions = Directions::Scattered(pairs);
     let comments = [
         format!("brdfit evaluate {}", expression.canonical()),
@@ -162,6 +162,7 @@ fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
             solver: None,
             uncertainty: None,
             merl_bins: read.merl_bins().into(),
+            material: read.material().map(str::to_owned),
             parameters: arguments.model.as_given(),
             ..OptionRecord::new(&options, &result)
         },

@@ -315,6 +315,7 @@ impl Run<'_> {
                 options: OptionRecord {
                     target_error: arguments.fitting.target_error(),
                     merl_bins: arguments.read.merl_bins().into(),
+                    material: arguments.read.material().map(str::to_owned),
                     timeout_s: arguments.timeout,
                     parameters: arguments.settings.as_given(self.start),
                     ..OptionRecord::new(options, &fitted)

@@ -5,8 +5,10 @@ use crate::cli::options::input::{ReadArguments, measurement_help};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
+use brdfit::error::excerpt;
 use brdfit::measurement::{
-    ALBEDO_LIMIT_DEG, Coverage, Measurement, coverage, dead_channel_doubts, dead_channels, merl_digests,
+    ALBEDO_LIMIT_DEG, Coverage, Instrument, Measurement, TotalScatter, coverage, dead_channel_doubts,
+    dead_channels, merl_digests,
 };
 use clap::Args;
 use serde::Serialize;
@@ -46,8 +48,31 @@ struct InfoRecord {
     in_plane: bool,
     /// Relative root mean square difference of pairs measured both ways, and their number.
     reciprocity: Option<ReciprocityRecord>,
+    /// What the file says about the instrument and the sample.
+    instrument: InstrumentRecord,
+    /// What the reader did that a user should know.
+    remarks: Vec<String>,
     /// What the file reader found suspicious.
     doubts: Vec<String>,
+}
+
+/// The instrument, as far as the file describes it.
+#[derive(Serialize)]
+struct InstrumentRecord {
+    description: Option<String>,
+    /// Solid angle of the receiver, sr.
+    receiver_sr: Option<f64>,
+    /// Factor by which the file's numbers were multiplied.
+    scale: Option<f64>,
+    /// Total integrated scatter by direction of incidence.
+    total_scatter: Vec<TotalScatterRecord>,
+}
+
+#[derive(Serialize)]
+struct TotalScatterRecord {
+    theta_i_deg: f64,
+    phi_i_deg: f64,
+    share: f64,
 }
 
 #[derive(Serialize)]
@@ -74,6 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     }
     let record = record(&measurement, &coverage(&measurement));
     say(&if arguments.json { json(&record)? } else { text(&record) })?;
+    record.remarks.iter().for_each(|said| remark(&format!("note: {said}")));
     record.doubts.iter().for_each(|doubt| remark(&format!("warning: {doubt}")));
     Ok(Outcome::Good)
 }
@@ -109,8 +135,47 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         reciprocity: coverage
             .reciprocity
             .map(|(relative_rms, pairs)| ReciprocityRecord { relative_rms, pairs }),
+        instrument: instrument(&measurement.instrument),
+        remarks: measurement.remarks.iter().map(ToString::to_string).collect(),
         doubts: measurement.doubts.iter().chain(&dead).map(ToString::to_string).collect(),
     }
+}
+
+fn instrument(instrument: &Instrument) -> InstrumentRecord {
+    let total = |total: &TotalScatter| TotalScatterRecord {
+        theta_i_deg: total.theta_i_deg,
+        phi_i_deg: total.phi_i_deg,
+        share: total.share,
+    };
+    InstrumentRecord {
+        description: instrument.description.clone(),
+        receiver_sr: instrument.receiver_sr,
+        scale: instrument.scale,
+        total_scatter: instrument.total_scatter.iter().map(total).collect(),
+    }
+}
+
+/// The lines about the instrument.
+fn instrument_text(record: &InstrumentRecord) -> String {
+    let mut text = String::new();
+    if let Some(description) = &record.description {
+        text += &format!("description  {}\n", excerpt(description));
+    }
+    if let Some(receiver_sr) = record.receiver_sr {
+        text += &format!("receiver     {receiver_sr:.4e} sr\n");
+    }
+    if let Some(scale) = record.scale {
+        text += &format!("scale        {scale}\n");
+    }
+    if let [first, .., last] = record.total_scatter.as_slice() {
+        text += &format!(
+            "TIS          {:.4} at {:.1} deg to {:.4} at {:.1} deg\n",
+            first.share, first.theta_i_deg, last.share, last.theta_i_deg
+        );
+    } else if let [only] = record.total_scatter.as_slice() {
+        text += &format!("TIS          {:.4} at {:.1} deg\n", only.share, only.theta_i_deg);
+    }
+    text
 }
 
 fn text(r: &InfoRecord) -> String {
@@ -132,6 +197,7 @@ fn text(r: &InfoRecord) -> String {
     text += &format!("\ntheta_o      {}\ntheta_h      {}\n", degrees(r.theta_o_deg), degrees(r.theta_h_deg));
     text += &format!("in plane     {}\n", if r.in_plane { "yes" } else { "no" });
     text += &format!("sigma        {}\n", if r.has_sigma { "given" } else { "not given" });
+    text += &instrument_text(&r.instrument);
     text += &match &r.reciprocity {
         Some(p) => {
             format!("reciprocity  {:.2} % rms over {} swapped pairs\n", 100.0 * p.relative_rms, p.pairs)

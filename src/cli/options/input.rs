@@ -18,6 +18,9 @@ pub struct ReadArguments {
     /// Choose where in its bin each value of a MERL table lies [default: center]
     #[arg(long, value_enum, value_name = "WHERE")]
     merl_bins: Option<Bins>,
+    /// Read this material from a file that holds several [default: the first]
+    #[arg(long, value_name = "NAME")]
+    material: Option<String>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -62,7 +65,9 @@ impl ReadArguments {
     pub fn or_as_in(&self, reported: Option<&Report>) -> Self {
         let bins = reported.and_then(|report| report.options.merl_bins.known());
         let bins = bins.map(|bins| if bins == BinPosition::Edge { Bins::Edge } else { Bins::Center });
-        Self { merl_bins: self.merl_bins.or(bins), ..self.clone() }
+        let material = reported.and_then(|report| report.options.material.clone());
+        let material = self.material.clone().or(material);
+        Self { merl_bins: self.merl_bins.or(bins), material, ..self.clone() }
     }
 
     /// These options, with the file read in this format unless the user named one.
@@ -78,7 +83,21 @@ impl ReadArguments {
 
     /// Reads a measurement.
     pub fn read(&self, path: &Path) -> Result<Measurement, Error> {
-        read(path, self.format.as_deref(), &ReadOptions::new().with_merl_bins(self.merl_bins()))
+        read(path, self.format.as_deref(), &self.options())
+    }
+
+    /// The options of a reader.
+    pub fn options(&self) -> ReadOptions {
+        let options = ReadOptions::new().with_merl_bins(self.merl_bins());
+        match &self.material {
+            Some(material) => options.with_material(material),
+            None => options,
+        }
+    }
+
+    /// The material to read, if the user named one.
+    pub fn material(&self) -> Option<&str> {
+        self.material.as_deref()
     }
 }
 

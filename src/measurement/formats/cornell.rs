@@ -8,12 +8,12 @@ use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
 use crate::error::{Error, Place, excerpt};
 use crate::geometry::{Directions, Pair, direction};
-use crate::measurement::{Channel, Measurement, Source};
-use std::collections::{BTreeMap, HashSet};
+use crate::measurement::{Channel, Measurement};
+use std::collections::HashSet;
 
 /// The format's entry in the registry.
 pub const FORMAT: Format =
-    Format { name: "cornell", summary: "a Cornell text table", sniff, read, directions: None };
+    Format { name: "cornell", summary: "a Cornell text table", sniff, read, directions: None, write: None };
 
 /// Largest number of wavelengths: no instrument resolves more, so a larger number is not a count of wavelengths.
 const MOST_WAVELENGTHS: usize = 100_000;
@@ -97,13 +97,5 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
             row.push(finite(file, place, &format!("{} nm", channel.name), word)?);
         }
     }
-    Ok(Measurement {
-        source: Source::default(),
-        channels,
-        directions: Directions::Scattered(pairs),
-        values,
-        sigma: None,
-        dropped: BTreeMap::new(),
-        doubts: Vec::new(),
-    })
+    Ok(Measurement::of(channels, Directions::Scattered(pairs), values))
 }

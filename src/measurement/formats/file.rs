@@ -149,6 +149,24 @@ impl<'a> File<'a> {
         Ok(length)
     }
 
+    /// All of its content, which may be at most `most` bytes.
+    ///
+    /// Memory grows with what is read, not with what a file says about itself.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] for a file that is longer; [`Error::Io`] if it cannot be read.
+    pub fn bytes(&mut self, most: u64) -> Result<Vec<u8>, Error> {
+        let mut bytes = std::mem::take(&mut self.head);
+        let left = most.saturating_add(1).saturating_sub(count(bytes.len()));
+        self.rest.by_ref().take(left).read_to_end(&mut bytes).map_err(Error::read(self.path))?;
+        if count(bytes.len()) > most {
+            let expected = format!("at most {most} bytes");
+            return Err(Error::malformed(self.path, Place::Byte(most), expected, "more"));
+        }
+        self.hash.update(&bytes);
+        Ok(bytes)
+    }
+
     /// The SHA-256 of what was read, in hexadecimal.
     #[must_use]
     pub fn sha256(self) -> String {

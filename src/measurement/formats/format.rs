@@ -1,6 +1,7 @@
 //! The interface of a format: how it recognises a file, and how it reads one.
 
 use super::file::File;
+use super::writing::Write;
 use crate::error::Error;
 use crate::geometry::Pair;
 use crate::measurement::Measurement;
@@ -39,24 +40,33 @@ impl BinPosition {
 }
 
 /// Options of a reader.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct ReadOptions {
     /// The directions that the cells of a MERL table stand for.
     pub merl_bins: BinPosition,
+    /// The material to read from a file that holds several; `None` for the first.
+    pub material: Option<String>,
 }
 
 impl ReadOptions {
     /// The default options, those of the command line.
     #[must_use]
     pub const fn new() -> Self {
-        Self { merl_bins: BinPosition::Center }
+        Self { merl_bins: BinPosition::Center, material: None }
     }
 
     /// Takes the values of a MERL table to be those at this position in their bins.
     #[must_use]
-    pub const fn with_merl_bins(self, merl_bins: BinPosition) -> Self {
-        Self { merl_bins }
+    pub const fn with_merl_bins(mut self, merl_bins: BinPosition) -> Self {
+        self.merl_bins = merl_bins;
+        self
+    }
+
+    /// Reads this material from a file that holds several.
+    #[must_use]
+    pub fn with_material(self, material: &str) -> Self {
+        Self { material: Some(material.to_owned()), ..self }
     }
 }
 
@@ -76,4 +86,6 @@ pub struct Format {
     /// Reads only the directions, from a file that need not contain anything else. `None` if the format has no such
     /// files: the directions are then those of the measurement.
     pub directions: Option<ReadDirections>,
+    /// Writes a file; `None` if the format is only read.
+    pub write: Option<Write>,
 }

@@ -9,7 +9,7 @@ use super::file::File;
 use super::format::{BinPosition, Confidence, Format, ReadOptions};
 use crate::error::{Error, Place};
 use crate::geometry::{Directions, HalfDifferenceGrid};
-use crate::measurement::{Channel, Measurement, Source};
+use crate::measurement::{Channel, Measurement};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -24,7 +24,8 @@ const HEADER_BYTES: usize = 12;
 const FILE_BYTES: usize = HEADER_BYTES + 3 * 8 * HalfDifferenceGrid::CELLS;
 
 /// The format's entry in the registry.
-pub const FORMAT: Format = Format { name: "merl", summary: "a MERL table", sniff, read, directions: None };
+pub const FORMAT: Format =
+    Format { name: "merl", summary: "a MERL table", sniff, read, directions: None, write: None };
 
 fn header(bytes: &[u8]) -> Option<[i32; 3]> {
     let mut integers =
@@ -86,13 +87,12 @@ fn read(file: &mut File<'_>, options: &ReadOptions) -> Result<Measurement, Error
     check(bytes, if bytes > file_bytes { " or more" } else { "" })?;
     let (cells, values, dropped) = table.unwrap_or_else(|| Table::new(grid.above_horizon())).finish();
     Ok(Measurement {
-        source: Source::default(),
-        channels: ["r", "g", "b"].map(Channel::named).to_vec(),
-        directions: Directions::Grid { grid, cells },
-        values,
-        sigma: None,
         dropped,
-        doubts: Vec::new(),
+        ..Measurement::of(
+            ["r", "g", "b"].map(Channel::named).to_vec(),
+            Directions::Grid { grid, cells },
+            values,
+        )
     })
 }
 

@@ -8,9 +8,11 @@ mod fields;
 mod file;
 mod format;
 pub mod merl;
+mod writing;
 
 pub use file::File;
 pub use format::{BinPosition, Confidence, Format, ReadDirections, ReadOptions};
+pub use writing::{AngleGrid, Reflectance, Subject, Write, Written};
 
 use super::{Measurement, Source};
 use crate::error::{Error, NameKind, OptionName, Place, excerpt};

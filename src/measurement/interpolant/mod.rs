@@ -3,6 +3,7 @@
 //! | directions | method |
 //! |---|---|
 //! | half/difference grid | trilinear between the eight centres around a pair, on the grid's own warped axes: `cells` |
+//! | of a file that says how it is interpolated | as the file says |
 //! | scattered | local linear regression on the nearest samples, which passes through every sample: `cloud` |
 //!
 //! Below the horizon f = 0. Every value comes with whether data surround the pair, and
@@ -23,10 +24,11 @@ pub(super) use curve::leave_each_out_along_curve;
 pub use left_out::{LeaveOut, LeftOut};
 pub(crate) use neighbours::{Neighbours, Twins};
 
-use super::Measurement;
+use super::{Continuous, Measurement};
 use crate::geometry::{Directions, Pair};
 use left_out::summary;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// A measured BRDF, interpolated between its samples and extrapolated beyond them.
 #[derive(Clone, Debug)]
@@ -39,6 +41,8 @@ pub struct Interpolant {
 enum Kind {
     Cells(cells::Cells),
     Cloud(cloud::Cloud),
+    /// The file's own interpolation, and the samples that were drawn from it.
+    Own(Arc<dyn Continuous>, cloud::Cloud),
 }
 
 /// The values of an interpolant at pairs of directions.
@@ -61,7 +65,13 @@ impl Interpolant {
             Directions::Grid { grid, cells } => {
                 Kind::Cells(cells::Cells::new(grid, cells, &measurement.values))
             }
-            Directions::Scattered(pairs) => Kind::Cloud(cloud::Cloud::new(pairs, &measurement.values)),
+            Directions::Scattered(pairs) => {
+                let cloud = cloud::Cloud::new(pairs, &measurement.values);
+                match &measurement.continuous {
+                    Some(own) => Kind::Own(Arc::clone(own), cloud),
+                    None => Kind::Cloud(cloud),
+                }
+            }
         };
         Self { channels: measurement.values.len(), kind }
     }
@@ -95,6 +105,10 @@ impl Interpolant {
             match &self.kind {
                 Kind::Cells(cells) => cells.at(pair, f),
                 Kind::Cloud(cloud) => cloud.at(pair, &mut room, f),
+                Kind::Own(own, _) => {
+                    own.at(pair, f);
+                    true
+                }
             }
         });
         let covered = covered.collect();
@@ -111,7 +125,7 @@ impl Interpolant {
     pub fn leave_out_error(&self, out: LeftOut) -> Option<LeaveOut> {
         match &self.kind {
             Kind::Cells(cells) => summary(cells.leave_out(LEFT_OUT)),
-            Kind::Cloud(cloud) => summary(cloud.leave_out(out, LEFT_OUT)),
+            Kind::Cloud(cloud) | Kind::Own(_, cloud) => summary(cloud.leave_out(out, LEFT_OUT)),
         }
     }
 
@@ -120,7 +134,7 @@ impl Interpolant {
     pub fn symmetry(&self) -> Option<Symmetry> {
         match &self.kind {
             Kind::Cells(_) => None,
-            Kind::Cloud(cloud) => Some(cloud.symmetry()),
+            Kind::Cloud(cloud) | Kind::Own(_, cloud) => Some(cloud.symmetry()),
         }
     }
 }

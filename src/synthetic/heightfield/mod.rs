@@ -204,12 +204,12 @@ impl Simulation {
         }
         let measurement = Measurement {
             source: Source { format: "synthetic", ..Source::default() },
-            channels: vec![Channel::named("f")],
-            directions: Directions::Scattered(samples.iter().map(|sample| sample.pair).collect()),
-            values: vec![samples.iter().map(|sample| sample.value).collect()],
             sigma: Some(vec![samples.iter().map(|sample| sample.sigma).collect()]),
-            dropped: std::collections::BTreeMap::new(),
-            doubts: Vec::new(),
+            ..Measurement::of(
+                vec![Channel::named("f")],
+                Directions::Scattered(samples.iter().map(|sample| sample.pair).collect()),
+                vec![samples.iter().map(|sample| sample.value).collect()],
+            )
         };
         Ok(Simulated { measurement, balance: total.iter().map(|(_, balance)| *balance).collect() })
     }

@@ -6,9 +6,8 @@ use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::formats::fields::{HORIZON_TOLERANCE, finite, polar_angle};
 use crate::measurement::formats::file::File;
 use crate::measurement::formats::format::{Confidence, Format, ReadOptions};
-use crate::measurement::{Doubt, Measurement, Source};
+use crate::measurement::{Doubt, Measurement};
 use csv::StringRecord;
-use std::collections::BTreeMap;
 
 /// The format's entry in the registry.
 pub const FORMAT: Format = Format {
@@ -17,6 +16,7 @@ pub const FORMAT: Format = Format {
     sniff,
     read,
     directions: Some(directions),
+    write: None,
 };
 
 fn sniff(file: &File<'_>) -> Confidence {
@@ -133,13 +133,9 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
     let directions = Directions::Scattered(pairs);
     let complete = sigma.iter().all(|row| row.len() == directions.len()) && !directions.is_empty();
     Ok(Measurement {
-        source: Source::default(),
-        channels: columns.channels,
-        values,
         sigma: complete.then_some(sigma),
-        dropped: BTreeMap::new(),
         doubts: doubts(&directions),
-        directions,
+        ..Measurement::of(columns.channels, directions, values)
     })
 }
 

@@ -1,0 +1,125 @@
+//! The interface of a format that can be written.
+
+use crate::error::{Error, excerpt};
+use crate::geometry::Pair;
+use crate::measurement::{Channel, Measurement};
+
+/// A function that returns f in 1/sr at pairs of directions, by channel and pair.
+pub type Reflectance<'a> = dyn Fn(&[Pair]) -> Vec<Vec<f64>> + Sync + 'a;
+
+/// A BRDF that is written to a file: a measurement, interpolated between its samples, or a fitted model.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    /// Its channels.
+    pub channels: &'a [Channel],
+    /// Its values at any directions.
+    pub at: &'a Reflectance<'a>,
+    /// Its samples; `None` if it is a model.
+    pub measurement: Option<&'a Measurement>,
+    /// Whether f depends on the azimuths only through their difference.
+    pub isotropic: bool,
+    /// What it is, in one line, for the file's own description.
+    pub about: &'a str,
+    /// The angles at which it is written; `None` for those that suit the format.
+    pub grid: Option<&'a AngleGrid>,
+}
+
+/// The content of a file, and what it could not hold.
+#[derive(Clone, Debug, Default)]
+pub struct Written {
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// What the format could not hold, a sentence each.
+    pub losses: Vec<String>,
+}
+
+/// A function that writes a BRDF in a format.
+pub type Write = fn(&Subject<'_>) -> Result<Written, Error>;
+
+/// Angles in degrees at which a BRDF is tabulated. An empty list leaves the choice to the format.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AngleGrid {
+    /// Angles of incidence, 0 to 90.
+    pub theta_i_deg: Vec<f64>,
+    /// Azimuths of incidence, for anisotropic BRDFs.
+    pub phi_i_deg: Vec<f64>,
+    /// Viewing angles, 0 to 90.
+    pub theta_o_deg: Vec<f64>,
+    /// Azimuths of the viewer from that of the light.
+    pub phi_deg: Vec<f64>,
+}
+
+/// The largest number of angles in one list.
+const MOST_ANGLES: f64 = 10_000.0;
+
+impl AngleGrid {
+    /// Parses lists such as `theta_i=0:10:80,theta_o=0:5:85,phi=0:15:180`: first angle, step and last angle in degrees.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] that says what was expected.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let expected = "lists such as theta_i=0:10:80,phi_i=0:30:330,theta_o=0:5:85,phi=0:15:180 (first, step, last angle in degrees)";
+        let wrong = |found: &str| Error::invalid("--grid", expected, excerpt(found));
+        let mut grid = Self::default();
+        for item in text.split(',').map(str::trim) {
+            let (name, list) = item.split_once('=').ok_or_else(|| wrong(item))?;
+            let numbers: Vec<f64> = list
+                .split(':')
+                .map(|word| word.trim().parse().ok().filter(|x: &f64| x.is_finite()))
+                .collect::<Option<_>>()
+                .ok_or_else(|| wrong(item))?;
+            let angles = match *numbers.as_slice() {
+                [only] => vec![only],
+                [first, step, last] if step > 0.0 && last >= first && (last - first) / step < MOST_ANGLES => {
+                    stepped(first, step, last)
+                }
+                _ => return Err(wrong(item)),
+            };
+            let (place, range) = match name.trim() {
+                "theta_i" => (&mut grid.theta_i_deg, 0.0..=90.0),
+                "theta_o" => (&mut grid.theta_o_deg, 0.0..=90.0),
+                "phi_i" => (&mut grid.phi_i_deg, -360.0..=360.0),
+                "phi" => (&mut grid.phi_deg, -360.0..=360.0),
+                _ => return Err(wrong(item)),
+            };
+            if angles.iter().any(|angle| !range.contains(angle)) || !place.is_empty() {
+                return Err(wrong(item));
+            }
+            *place = angles;
+        }
+        Ok(grid)
+    }
+}
+
+/// `first`, `first + step` and so on up to `last`.
+fn stepped(first: f64, step: f64, last: f64) -> Vec<f64> {
+    // Enough to reach the last angle in spite of rounding, and not to pass it.
+    (0..).map(|k: u32| first + f64::from(k) * step).take_while(|angle| *angle <= last + 1e-9 * step).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_angles_are_read() {
+        let grid = AngleGrid::parse("theta_i=0:10:30, phi=0:0.1:0.3,theta_o=45").unwrap();
+        assert_eq!(grid.theta_i_deg, [0.0, 10.0, 20.0, 30.0]);
+        assert_eq!(grid.phi_deg.len(), 4);
+        assert_eq!(grid.theta_o_deg, [45.0]);
+        assert!(grid.phi_i_deg.is_empty());
+        for bad in [
+            "",
+            "theta_i",
+            "theta=0",
+            "theta_i=0:0:9",
+            "theta_i=0:1:91",
+            "phi=a",
+            "phi=0:1e-9:360",
+            "phi=1,phi=2",
+            "phi=nan",
+        ] {
+            assert!(AngleGrid::parse(bad).unwrap_err().to_string().contains("--grid"), "{bad}");
+        }
+    }
+}
