@@ -157,6 +157,8 @@ pub enum NameKind {
     Format,
     /// A renderer to export to.
     Target,
+    /// The primaries of a colour.
+    Primaries,
 }
 
 impl fmt::Display for NameKind {
@@ -167,6 +169,7 @@ impl fmt::Display for NameKind {
             Self::OptionOrParameter => "an option or a parameter",
             Self::ValueOf(option) => option,
             Self::Lobe => "a lobe",
+            Self::Primaries => "primaries",
             Self::Parameter => "a parameter",
             Self::Channel => "a channel",
             Self::Format => "a format",

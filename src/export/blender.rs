@@ -3,7 +3,7 @@
 //! Its manual: <https://docs.blender.org/manual/en/latest/render/shader_nodes/shader/>. Lobes are added without weights. `GGX` is set
 //! everywhere: the default of Blender adds light that facets reflect to one another.
 
-use super::target::Target;
+use super::target::{Target, UNSTATED};
 use super::values::{LobeOf, NotHeld, Values, commented, joined};
 use std::fmt::Write as _;
 
@@ -13,6 +13,7 @@ pub(super) const TARGET: Target = Target {
     extension: "py",
     own: "lambert + cook-torrance(d=ggx, g=smith, f=schlick)",
     holds,
+    primaries: UNSTATED,
     caveat: "",
 };
 

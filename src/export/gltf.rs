@@ -15,6 +15,7 @@ pub(super) const TARGET: Target = Target {
     extension: "gltf",
     own: "gltf",
     holds,
+    primaries: &[("rec709", "")],
     caveat: "the formula is that of appendix B of the specification, from which viewers may depart",
 };
 

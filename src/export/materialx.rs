@@ -11,6 +11,7 @@ pub(super) const TARGET: Target = Target {
     extension: "mtlx",
     own: "standard-surface",
     holds,
+    primaries: &[("rec709", "lin_rec709"), ("display-p3", "lin_displayp3"), ("acescg", "acescg")],
     caveat: "exact for the GLSL that MaterialX 1.39 generates; other renderers may evaluate the node in their own way",
 };
 
@@ -37,11 +38,12 @@ fn holds(values: &Values) -> Result<String, NotHeld> {
     }
     let comment = xml_comment(values.header());
     Ok(format!(
-        "<?xml version=\"1.0\"?>\n<materialx version=\"1.39\" colorspace=\"lin_rec709\">\n{comment}  <standard_surface \
+        "<?xml version=\"1.0\"?>\n<materialx version=\"1.39\" colorspace=\"{space}\">\n{comment}  <standard_surface \
          name=\"brdfit_surface\" type=\"surfaceshader\" nodedef=\"ND_standard_surface_surfaceshader\">\n{}  \
          </standard_surface>\n  <surfacematerial name=\"brdfit\" type=\"material\">\n    <input name=\"surfaceshader\" \
          type=\"surfaceshader\" nodename=\"brdfit_surface\"/>\n  </surfacematerial>\n</materialx>\n",
-        inputs.concat()
+        inputs.concat(),
+        space = values.color_space(),
     ))
 }
 

@@ -12,6 +12,12 @@ pub(super) const TARGET: Target = Target {
     extension: "pbrt",
     own: "lambert(kd=0..1) + cook-torrance(d=ggx, g=smith, f=conductor, eta=1, ks=0.5)",
     holds,
+    primaries: &[
+        ("rec709", "srgb"),
+        ("rec2020", "rec2020"),
+        ("display-p3", "dci-p3"),
+        ("aces2065-1", "aces2065-1"),
+    ],
     caveat: "not run in pbrt; pbrt turns RGB into spectra, so that colours come back only approximately",
 };
 
@@ -40,7 +46,8 @@ fn holds(values: &Values) -> Result<String, NotHeld> {
         }
         _ => return Err(values.not_held()),
     };
-    Ok(commented(values.header(), "#") + &material)
+    let space = format!("ColorSpace \"{}\"\n", values.color_space());
+    Ok(commented(values.header(), "#") + &space + &material)
 }
 
 fn is_conductor(lobe: &LobeOf) -> bool {

@@ -48,7 +48,7 @@ pub struct ExportRecord {
     /// The measurement.
     pub measurement: String,
     /// The primaries of the colours.
-    pub primaries: &'static str,
+    pub primaries: String,
     /// Values that were moved into the target's range: name, value of the fit, value written.
     pub clamped: Vec<(String, f64, f64)>,
     /// What to know before relying on the file.
@@ -56,6 +56,16 @@ pub struct ExportRecord {
     /// The report of the model that was written.
     #[serde(skip)]
     pub report: Option<Report>,
+}
+
+impl From<&Report> for ModelError {
+    fn from(report: &Report) -> Self {
+        Self {
+            model: report.model.clone(),
+            unbiased_cbrt: report.errors.unbiased_cbrt,
+            relative: report.errors.relative,
+        }
+    }
 }
 
 /// A model and its errors on the measurement.

@@ -2,6 +2,7 @@
 
 use super::values::{About, NotHeld, Values};
 use crate::geometry::Azimuths;
+use crate::image::Primaries;
 use crate::model::Expression;
 use crate::parameters::{ParameterTable, Settings};
 
@@ -18,11 +19,29 @@ pub struct Target {
     pub own: &'static str,
     /// What the target holds.
     pub holds: fn(&Values) -> Result<String, NotHeld>,
+    /// The primaries that its colours may have, and the target's name for each; the name is empty if a file cannot state it.
+    pub primaries: &'static [(&'static str, &'static str)],
     /// What to know before relying on the file; empty if there is nothing.
     pub caveat: &'static str,
 }
 
+/// Primaries of a target whose files cannot state theirs, so that the scene must be rendered in the same.
+pub(super) const UNSTATED: &[(&str, &str)] = &[
+    ("rec709", ""),
+    ("rec2020", ""),
+    ("display-p3", ""),
+    ("acescg", ""),
+    ("aces2065-1", ""),
+    ("radiance", ""),
+];
+
 impl Target {
+    /// The target's name for these primaries; `None` if its colours cannot have them.
+    #[must_use]
+    pub fn name_of_primaries(&self, primaries: &Primaries) -> Option<&'static str> {
+        self.primaries.iter().find(|(name, _)| *name == primaries.name).map(|(_, own)| *own)
+    }
+
     /// Whether the target has a form for the model at its default values in red, green and blue.
     #[must_use]
     pub fn holds_model(&self, expression: &Expression) -> bool {

@@ -11,6 +11,13 @@ pub(super) const TARGET: Target = Target {
     extension: "usda",
     own: "usd-preview-surface",
     holds,
+    primaries: &[
+        ("rec709", "lin_rec709_scene"),
+        ("rec2020", "lin_rec2020_scene"),
+        ("display-p3", "lin_p3d65_scene"),
+        ("acescg", "lin_ap1_scene"),
+        ("aces2065-1", "lin_ap0_scene"),
+    ],
     caveat: "the specification leaves open how lobes are shadowed and layered; see docs/use/models.md, usd-preview-surface",
 };
 
@@ -71,7 +78,8 @@ def Xform "brdfit" (
 }
 
 fn color(lobe: LobeOf<'_, '_>, name: &str) -> String {
-    format!("color3f inputs:{name} = ({})", joined(&lobe.rgb_within(name, 0.0, 1.0), ", "))
+    let value = joined(&lobe.rgb_within(name, 0.0, 1.0), ", ");
+    format!("color3f inputs:{name} = ({value}) (colorSpace = \"{}\")", lobe.color_space())
 }
 
 fn number(lobe: LobeOf<'_, '_>, name: &str) -> Result<String, NotHeld> {

@@ -13,6 +13,8 @@ pub enum NotHeld {
     Lobe(String),
     /// The target has one value of this parameter, and the fit one per channel.
     PerChannel(String),
+    /// Its colours are in linear Rec.709, and others are wanted.
+    Primaries(&'static str),
     /// Channels are neither r, g and b nor one.
     Channels(Vec<String>),
 }
@@ -22,6 +24,7 @@ impl fmt::Display for NotHeld {
         match self {
             Self::Lobe(model) => write!(f, "it has no form for {model}"),
             Self::PerChannel(name) => write!(f, "it has one {name} for all channels"),
+            Self::Primaries(wanted) => write!(f, "its colours are linear Rec.709, and {wanted} are wanted"),
             Self::Channels(names) => write!(f, "it has the channels r, g and b, not {}", names.join(", ")),
         }
     }
@@ -32,6 +35,8 @@ impl fmt::Display for NotHeld {
 pub struct About<'a> {
     /// Lines for a comment.
     pub lines: Vec<String>,
+    /// The target's name for the primaries of the colours; empty if its files cannot state them.
+    pub color_space: &'static str,
     /// The report of the model that is written, for targets that can hold it.
     pub report: Option<&'a Report>,
 }
@@ -69,6 +74,11 @@ impl<'a> Values<'a> {
     /// Lines about where the values come from, for a comment.
     pub fn header(&self) -> &[String] {
         &self.about.lines
+    }
+
+    /// The target's name for the primaries of the colours.
+    pub fn color_space(&self) -> &'static str {
+        self.about.color_space
     }
 
     /// The report of what is written.
@@ -231,6 +241,11 @@ impl LobeOf<'_, '_> {
             return Err(self.not_held());
         }
         Ok([(mx * my).sqrt().sqrt(), anisotropy.max(0.0)])
+    }
+
+    /// The target's name for the primaries of the colours.
+    pub fn color_space(&self) -> &'static str {
+        self.values.color_space()
     }
 
     /// That the target has no form for the lobe.

@@ -10,13 +10,15 @@
 //! - S: spectral power of D65, CIE 15:2004, table T.1, every 10 nm, interpolated linearly.
 //! - w: weights of the trapezoidal rule on the given wavelengths, which may be in any order and unevenly spaced.
 //!   Wavelengths outside 380 to 780 nm contribute nothing and are not part of the rule.
-//! - kx, ky, kz: X, Y and Z are each scaled so that f = 1 at every wavelength gives the white of D65, and so
+//! - Under E the power is the same at every wavelength, and Bradford's adaptation turns its white into that of D65 (src/image/primaries.rs).
+//! - kx, ky, kz: X, Y and Z are each scaled so that f = 1 at every wavelength gives the white of the light, and so
 //!   RGB (1, 1, 1). That removes most of the error that the fit and a short or coarse sum cause in the white.
 //!
 //! A spectrum determines a hue only if it is sampled in several places: there must be a wavelength below 490 nm, one
 //! from 490 to 580 nm and one above, all visible. Otherwise, and for channels that are neither RGB nor spectral, the
 //! image is grey: the mean of the visible channels, or of all if none is visible. [`Route`] says which case applies.
 
+use super::primaries::{Primaries, REC709, adaptation, from_xy};
 use crate::geometry::Pair;
 use crate::math::count;
 use crate::measurement::{Channel, Continuous, Measurement};
@@ -51,13 +53,48 @@ pub struct ToRgb {
     pub route: Route,
 }
 
+/// The light under which a spectrum is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Illuminant {
+    /// Daylight, CIE D65.
+    #[default]
+    D65,
+    /// Equal power at all wavelengths, CIE E. White is adapted to that of D65.
+    E,
+}
+
+impl Illuminant {
+    /// Spectral power at a wavelength in nm, up to a factor.
+    fn power(self, nm: f64) -> f64 {
+        match self {
+            Self::D65 => d65(nm),
+            Self::E => 1.0,
+        }
+    }
+
+    /// The chromaticity of its white.
+    fn white(self) -> [f64; 2] {
+        match self {
+            Self::D65 => REC709.white,
+            Self::E => [1.0 / 3.0; 2],
+        }
+    }
+}
+
 /// Range of wavelengths that contribute, nm.
 const VISIBLE: std::ops::RangeInclusive<f64> = 380.0..=780.0;
 
 impl ToRgb {
-    /// Makes the map for these channels.
+    /// Makes the map for these channels to linear Rec.709; spectra are seen under D65.
     #[must_use]
     pub fn new(channels: &[Channel]) -> Self {
+        Self::under(channels, Illuminant::D65)
+    }
+
+    /// Makes the map for these channels to linear Rec.709; spectra are seen under `illuminant`.
+    #[must_use]
+    pub fn under(channels: &[Channel], illuminant: Illuminant) -> Self {
         if let Some(matrix) = named(channels) {
             return Self { matrix, route: Route::Rgb };
         }
@@ -71,9 +108,22 @@ impl ToRgb {
         }
         let thirds = [VISIBLE.start()..&490.0, &490.0..&580.0, &580.0..&780.1];
         if thirds.iter().all(|third| wavelengths.iter().any(|nm| third.contains(&nm))) {
-            return Self { matrix: spectral(&wavelengths), route: Route::Spectrum };
+            return Self { matrix: spectral(&wavelengths, illuminant), route: Route::Spectrum };
         }
         Self::grey(channels.len(), visible, Route::GreyFewWavelengths)
+    }
+
+    /// The same map to other primaries.
+    #[must_use]
+    pub fn in_primaries(self, primaries: &Primaries) -> Self {
+        if primaries.are_rec709() {
+            return self;
+        }
+        let channels = self.matrix[0].len();
+        let mixed = primaries.from_rec709().map(|row| {
+            (0..channels).map(|j| row.iter().zip(&self.matrix).map(|(w, from)| w * from[j]).sum()).collect()
+        });
+        Self { matrix: mixed, ..self }
     }
 
     /// The map to the mean of the `used` ones of `n` channels.
@@ -104,6 +154,16 @@ impl ToRgb {
         self.matrix.iter().take(colours).map(of_colour).collect()
     }
 
+    /// The channels to which it leads: r, g and b, or grey.
+    #[must_use]
+    pub fn channels(&self) -> Vec<Channel> {
+        let names: &[&str] = match self.route {
+            Route::Rgb | Route::Spectrum => &["r", "g", "b"],
+            Route::Grey | Route::GreyFewWavelengths | Route::GreyInvisible => &["grey"],
+        };
+        names.iter().map(|name| Channel::named(name)).collect()
+    }
+
     /// The measurement converted to red, green and blue, or to a single grey channel.
     #[must_use]
     pub fn measurement<'m>(&self, measurement: &'m Measurement) -> Cow<'m, Measurement> {
@@ -113,10 +173,7 @@ impl ToRgb {
         if n == 1 || (n == 3 && self.matrix.iter().enumerate().all(one_each)) {
             return Cow::Borrowed(measurement);
         }
-        let names: &[&str] = match self.route {
-            Route::Rgb | Route::Spectrum => &["r", "g", "b"],
-            Route::Grey | Route::GreyFewWavelengths | Route::GreyInvisible => &["grey"],
-        };
+        let channels = self.channels();
         let samples = measurement.directions.len();
         let mixed = |rows: &[Vec<f64>], term: &dyn Fn(f64, f64) -> f64| -> Vec<Vec<f64>> {
             let of_colour = |weights: &Vec<f64>| {
@@ -126,13 +183,12 @@ impl ToRgb {
                 }
                 sums
             };
-            self.matrix.iter().take(names.len()).map(of_colour).collect()
+            self.matrix.iter().take(channels.len()).map(of_colour).collect()
         };
         // The errors of the channels are assumed to be independent.
         let variances = measurement.sigma.as_ref().map(|sigma| mixed(sigma, &|w, s| (w * s) * (w * s)));
         let root = |row: Vec<f64>| row.into_iter().map(f64::sqrt).collect();
         Cow::Owned(Measurement {
-            channels: names.iter().map(|name| Channel::named(name)).collect(),
             values: mixed(&measurement.values, &|w, f| w * f),
             sigma: variances.map(|rows| rows.into_iter().map(root).collect()),
             source: measurement.source.clone(),
@@ -142,10 +198,11 @@ impl ToRgb {
             remarks: measurement.remarks.clone(),
             instrument: measurement.instrument.clone(),
             continuous: measurement.continuous.as_ref().map(|inside| {
-                let matrix = self.matrix.iter().take(names.len()).cloned().collect();
+                let matrix = self.matrix.iter().take(channels.len()).cloned().collect();
                 let mixed: Arc<dyn Continuous> = Arc::new(Mixed { matrix, inside: Arc::clone(inside) });
                 mixed
             }),
+            channels,
         })
     }
 }
@@ -181,17 +238,18 @@ fn named(channels: &[Channel]) -> Option<[Vec<f64>; 3]> {
 }
 
 /// RGB weights of the channels of a spectrum.
-fn spectral(wavelengths: &[f64]) -> [Vec<f64>; 3] {
+fn spectral(wavelengths: &[f64], illuminant: Illuminant) -> [Vec<f64>; 3] {
     let weights = trapezoid(wavelengths);
     let xyz: Vec<[f64; 3]> = wavelengths
         .iter()
         .zip(weights)
-        .map(|(nm, weight)| matching(*nm).map(|bar| bar * weight * d65(*nm)))
+        .map(|(nm, weight)| matching(*nm).map(|bar| bar * weight * illuminant.power(*nm)))
         .collect();
     let white: Vector3<f64> = xyz.iter().map(|at| Vector3::from(*at)).sum();
-    let scale = white_xyz().component_div(&white);
+    let scale = from_xy(illuminant.white()).component_div(&white);
+    let to_rgb = *FROM_XYZ * adaptation(illuminant.white(), REC709.white);
     let rgb: Vec<Vector3<f64>> =
-        xyz.iter().map(|at| *FROM_XYZ * Vector3::from(*at).component_mul(&scale)).collect();
+        xyz.iter().map(|at| to_rgb * Vector3::from(*at).component_mul(&scale)).collect();
     [0, 1, 2].map(|c| rgb.iter().map(|at| at[c]).collect())
 }
 
@@ -246,23 +304,13 @@ fn d65(nm: f64) -> f64 {
     0.0
 }
 
-/// X, Y, Z of a chromaticity, with Y = 1.
-fn from_xy([x, y]: [f64; 2]) -> Vector3<f64> {
-    Vector3::new(x / y, 1.0, (1.0 - x - y) / y)
-}
-
 /// X, Y, Z of white: D65 with Y = 1, as IEC 61966-2-1 rounds it.
 pub(super) fn white_xyz() -> Vector3<f64> {
-    from_xy([0.3127, 0.3290])
+    from_xy(REC709.white)
 }
 
-/// Linear RGB to XYZ: the columns are the primaries, scaled so that they add up to white.
-pub(super) static TO_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| {
-    let primaries = Matrix3::from_columns(&[[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]].map(from_xy));
-    // The three primaries are independent, so the system has a solution and the matrix below has an inverse.
-    let amounts = primaries.lu().solve(&white_xyz()).unwrap_or_default();
-    primaries * Matrix3::from_diagonal(&amounts)
-});
+/// Linear RGB to XYZ.
+pub(super) static TO_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| REC709.to_xyz());
 
 /// XYZ to linear RGB.
 static FROM_XYZ: LazyLock<Matrix3<f64>> = LazyLock::new(|| TO_XYZ.try_inverse().unwrap_or_default());
@@ -280,7 +328,6 @@ mod tests {
     use crate::measurement::Source;
     use approx::assert_abs_diff_eq;
     use glam::DVec3;
-    use std::collections::BTreeMap;
 
     /// The CIE 1931 functions every 10 nm from 380 nm, to four digits (CIE 15:2004, table T.4), which the fit approximates.
     const TABLE: [[f64; 41]; 3] = [

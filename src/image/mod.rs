@@ -10,14 +10,16 @@
 
 mod colour;
 mod difference;
+mod primaries;
 mod target;
 #[cfg(feature = "images")]
 mod write;
 
-pub use colour::{Route, ToRgb, luminance};
+pub use colour::{Illuminant, Route, ToRgb, luminance};
 pub use difference::{
     DeltaE2000, Differences, absolute_difference, ciede2000, delta_e_2000, differences, exposure, lab,
 };
+pub use primaries::{PRIMARIES, Primaries, REC709};
 pub(crate) use target::ColourTarget;
 #[cfg(feature = "images")]
 pub use write::{exr, false_colour, png, side_by_side};

@@ -199,3 +199,48 @@ fn names_do_not_end_comments() {
     assert_eq!(run.stdout.matches("-->").count(), 1, "{run:?}");
     assert!(run.stdout.contains("<scene"), "{run:?}");
 }
+
+#[test]
+fn colours_are_converted_to_the_primaries_that_are_asked_for() {
+    let folder = Folder::new();
+    paint(&folder);
+    let run = exported(&folder, "export paint.json --to blender --primaries acescg -o paint.py --json");
+    let record = run.json();
+    assert_eq!(record["agreement"], "refitted");
+    assert!(
+        record["primaries"].as_str().unwrap().contains("ACEScg") && run.stderr.contains("ACEScg"),
+        "{run:?}"
+    );
+    // The published matrix of the ACES project, times (0.4, 0.1, 0.05).
+    let wanted = [0.281_56, 0.120_39, 0.062_69];
+    let script = folder.read("paint.py");
+    let found = values_of(&script, "ShaderNodeBsdfDiffuse\", {\"Color\": (");
+    assert!(close(&found, &wanted), "{found:?}");
+    // Formats that know names for primaries use them.
+    for (to, primaries, said) in [
+        ("materialx", "acescg", "colorspace=\"acescg\""),
+        ("materialx", "rec709", "colorspace=\"lin_rec709\""),
+        ("usd", "acescg", "(colorSpace = \"lin_ap1_scene\")"),
+        ("pbrt", "rec2020", "ColorSpace \"rec2020\""),
+    ] {
+        exported(&folder, &format!("export paint.csv --to {to} --primaries {primaries} -o paint.out"));
+        let text = folder.read("paint.out");
+        assert!(text.contains(said), "{to} {primaries}: {text}");
+    }
+    assert_refused(
+        &folder,
+        &[
+            refused(
+                "primaries that glTF has not",
+                "export paint.csv --to gltf --primaries acescg",
+                &["primaries that gltf has: rec709"],
+            ),
+            refused(
+                "primaries that pbrt has not",
+                "export paint.csv --to pbrt --primaries acescg",
+                &["rec709, rec2020"],
+            ),
+            refused("unknown primaries", "export paint.csv --to usd --primaries aces", &["acescg"]),
+        ],
+    );
+}

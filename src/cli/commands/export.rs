@@ -3,14 +3,14 @@
 use super::fit::listen_for_interrupts;
 use crate::cli::messages::{remark, say};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
-use crate::cli::options::recorded::{own_measurement, report};
+use crate::cli::options::recorded::{check_measurement, measurement_of, report};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json, spares};
 use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::export::{About, Agreement, ExportRecord, ModelError, NotHeld, SCHEMA, TARGETS, Target, named};
 use brdfit::fit::{Fit, Options, evaluate, fit};
-use brdfit::image::{Route, ToRgb};
+use brdfit::image::{PRIMARIES, Primaries, REC709, Route, ToRgb};
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, Selector, Setting, Settings};
@@ -37,6 +37,9 @@ pub struct Arguments {
     /// Use this measurement instead of the one that the report names
     #[arg(long, value_name = "FILE")]
     measurement: Option<PathBuf>,
+    /// State colours in these primaries instead of linear Rec.709, adapted by Bradford's method [default: rec709]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(PRIMARIES.iter().map(|p| p.name)))]
+    primaries: Option<String>,
     /// Print what was written, how close it is to the fit, and both errors as JSON
     #[arg(long, requires = "output")]
     json: bool,
@@ -65,16 +68,19 @@ struct Model {
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let target = named(&arguments.to)?;
+    let primaries = arguments.primaries.as_deref().map_or(Ok(&REC709), Primaries::named)?;
+    let Some(color_space) = target.name_of_primaries(primaries) else {
+        let names: Vec<&str> = target.primaries.iter().map(|(name, _)| *name).collect();
+        let expected = format!("primaries that {} has: {}", target.name, names.join(", "));
+        return Err(Error::invalid("--primaries", expected, primaries.name));
+    };
     let recorded = report(&arguments.input)?;
-    if let (None, Some(path)) = (&recorded, &arguments.measurement) {
-        let found = format!("{} and {}", arguments.input.display(), path.display());
-        return Err(Error::invalid("--measurement", "a report as INPUT, or no such option", found));
-    }
+    check_measurement(recorded.as_ref(), &arguments.input, arguments.measurement.as_deref())?;
     let inputs: Vec<PathBuf> =
         [Some(&arguments.input), arguments.measurement.as_ref()].into_iter().flatten().cloned().collect();
     spares(&inputs, "-o", arguments.output.as_deref())?;
     let output = arguments.output.as_deref().map(Output::open).transpose()?;
-    let source = Source { arguments, target, recorded: recorded.as_ref() };
+    let source = Source { arguments, target, primaries, color_space, recorded: recorded.as_ref() };
     let model = source.model()?;
     let (text, record) = source.written(model)?;
     match output {
@@ -95,6 +101,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 struct Source<'a> {
     arguments: &'a Arguments,
     target: &'static Target,
+    primaries: &'static Primaries,
+    /// The target's name for them.
+    color_space: &'static str,
     recorded: Option<&'a Recorded>,
 }
 
@@ -106,7 +115,10 @@ impl Source<'_> {
             return self.refitted(&measurement, &Expression::parse(self.target.own)?, None);
         };
         let Recorded { expression, table, report, .. } = recorded;
+        // A single channel has no colour to convert.
+        let converted = !self.primaries.are_rec709() && table.channels().len() > 1;
         let reason = match self.target.write(expression, table, &About::default()) {
+            Ok(_) if converted => NotHeld::Primaries(self.primaries.title),
             Ok(_) => {
                 return Ok(Model {
                     expression: expression.clone(),
@@ -120,7 +132,8 @@ impl Source<'_> {
         };
         // A model that the target holds in red, green and blue needs no other.
         let own = Expression::parse(self.target.own)?;
-        let same = matches!(reason, NotHeld::Channels(_)) && self.target.holds_model(expression);
+        let same = matches!(reason, NotHeld::Channels(_) | NotHeld::Primaries(_))
+            && self.target.holds_model(expression);
         let expression = if same { expression } else { &own };
         let measurement = self.measurement(recorded, &reason)?;
         self.refitted(&measurement, expression, Some(&reason))
@@ -129,19 +142,11 @@ impl Source<'_> {
     /// The measurement of the report, or the one that the user names.
     fn measurement(&self, recorded: &Recorded, reason: &NotHeld) -> Result<Measurement, Error> {
         let Arguments { read, measurement, input, .. } = self.arguments;
-        let reported = &recorded.report;
-        let read = read.or_as_in(Some(reported));
-        match measurement {
-            Some(path) => read.read(path),
-            None => {
-                let why = format!(
-                    "to fit {} again ({} cannot hold the report: {reason}), ",
-                    self.target.own, self.target.name
-                );
-                let hint = "name it with --measurement";
-                own_measurement(&read, input, Path::new(&reported.data.path), reported, &why, hint)
-            }
-        }
+        let why = format!(
+            "to fit {} again ({} cannot hold the report: {reason}), ",
+            self.target.own, self.target.name
+        );
+        measurement_of(read, input, measurement.as_deref(), &recorded.report, &why)
     }
 
     /// A model fitted to a measurement in red, green and blue.
@@ -153,10 +158,13 @@ impl Source<'_> {
     ) -> Result<Model, Error> {
         let Arguments { samples, read, .. } = self.arguments;
         let started = Instant::now();
-        let colours = ToRgb::new(&measurement.channels);
+        let colours = ToRgb::new(&measurement.channels).in_primaries(self.primaries);
         let mut notes = Vec::new();
-        notes.extend(reason.map(|reason| format!("{} cannot hold the report: {reason}", self.target.name)));
-        notes.extend(colour_note(colours.route, measurement).map(str::to_owned));
+        notes.extend(reason.map(|reason| match reason {
+            NotHeld::Primaries(_) => format!("fitted again: {reason}"),
+            _ => format!("{} cannot hold the report: {reason}", self.target.name),
+        }));
+        notes.extend(colour_note(colours.route, measurement, self.primaries));
         let measurement = colours.measurement(measurement);
         let reported = self.recorded.map(|recorded| &recorded.report);
         let options = samples.options_or_as_in(reported)?.with_stop(Arc::new(AtomicBool::new(false)));
@@ -184,11 +192,7 @@ impl Source<'_> {
         };
         let draft =
             self.target.write(&model.expression, &model.table, &About::default()).map_err(not_held)?;
-        let own = model.report.as_ref().map(|report| ModelError {
-            model: report.model.clone(),
-            unbiased_cbrt: report.errors.unbiased_cbrt,
-            relative: report.errors.relative,
-        });
+        let own = model.report.as_ref().map(ModelError::from);
         let mut notes = model.notes;
         let agreement = match (draft.clamped.is_empty(), model.was_refitted && self.recorded.is_some()) {
             (false, _) => Agreement::Approximate,
@@ -201,6 +205,12 @@ impl Source<'_> {
             }
             _ => own,
         };
+        if self.color_space.is_empty() && !self.primaries.are_rec709() {
+            notes.push(format!(
+                "the file cannot state its primaries: render it in a scene whose colours are {}",
+                self.primaries.title
+            ));
+        }
         if !self.target.caveat.is_empty() {
             notes.push(self.target.caveat.to_owned());
         }
@@ -208,11 +218,7 @@ impl Source<'_> {
             notes.push("the fit is not usable: see its report".to_owned());
         }
         let reported = self.recorded.map(|recorded| &recorded.report);
-        let fitted = reported.map(|report| ModelError {
-            model: report.model.clone(),
-            unbiased_cbrt: report.errors.unbiased_cbrt,
-            relative: report.errors.relative,
-        });
+        let fitted = reported.map(ModelError::from);
         let measurement =
             reported.or(model.report.as_ref()).map_or_else(String::new, |report| report.data.path.clone());
         let record = ExportRecord {
@@ -223,12 +229,13 @@ impl Source<'_> {
             fitted,
             exported,
             measurement,
-            primaries: primaries(reported.or(model.report.as_ref())),
+            primaries: primaries_of(reported.or(model.report.as_ref()), self.primaries),
             clamped: draft.clamped,
             notes,
             report: model.report,
         };
-        let about = About { lines: comment(&record), report: record.report.as_ref() };
+        let about =
+            About { lines: comment(&record), color_space: self.color_space, report: record.report.as_ref() };
         let text = self.target.write(&model.expression, &model.table, &about).map_err(not_held)?.text;
         Ok((text, record))
     }
@@ -284,25 +291,35 @@ fn circumstances(options: &Options, fitted: &Fit, read: &ReadArguments, started:
 }
 
 /// How red, green and blue came from the channels of a measurement, if that needs a word.
-fn colour_note(route: Route, measurement: &Measurement) -> Option<&'static str> {
-    match route {
+fn colour_note(route: Route, measurement: &Measurement, primaries: &Primaries) -> Option<String> {
+    let note = match route {
         Route::Spectrum => {
-            Some("spectra were turned into linear Rec.709 (CIE 1931 observer, D65) before the fit")
+            let title = primaries.title;
+            return Some(format!(
+                "spectra were turned into {title} (CIE 1931 observer, light D65) before the fit"
+            ));
         }
-        Route::Grey if measurement.channels.len() == 1 => None,
-        Route::Rgb => None,
-        Route::Grey => Some("the channels are neither RGB nor spectral: their mean was fitted"),
-        Route::GreyFewWavelengths => Some("the wavelengths are too few for a colour: their mean was fitted"),
-        Route::GreyInvisible => Some("no wavelength is visible: their mean was fitted"),
-    }
+        Route::Rgb => return None,
+        Route::Grey if measurement.channels.len() == 1 => return None,
+        Route::Grey => "the channels are neither RGB nor spectral: their mean was fitted",
+        Route::GreyFewWavelengths => "the wavelengths are too few for a colour: their mean was fitted",
+        Route::GreyInvisible => "no wavelength is visible: their mean was fitted",
+    };
+    Some(note.to_owned())
 }
 
-/// The primaries of the colours of a report.
-fn primaries(report: Option<&Report>) -> &'static str {
+/// The primaries of the colours of a report, in words.
+fn primaries_of(report: Option<&Report>, wanted: &Primaries) -> String {
+    let converted = if wanted.are_rec709() {
+        String::new()
+    } else {
+        format!(", converted to {} with Bradford adaptation", wanted.title)
+    };
     match report.map(|report| (report.data.format.as_ref(), report.data.channels.len())) {
-        Some(("merl", _)) => "those of the MERL camera, taken as linear Rec.709",
-        Some((_, 1)) => "none: a single channel",
-        _ => "linear Rec.709",
+        Some((_, 1)) => "none: a single channel".to_owned(),
+        Some(("merl", _)) => format!("those of the MERL camera, taken as linear Rec.709{converted}"),
+        _ if converted.is_empty() => wanted.title.to_owned(),
+        _ => format!("linear Rec.709{converted}"),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::cli::messages::remark;
 use crate::cli::options::input::{ReadArguments, measurement_help};
-use crate::cli::options::recorded::{own_measurement, report};
+use crate::cli::options::recorded::{check_measurement, measurement_of, report};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json, spares};
 use brdfit::Error;
@@ -60,10 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     };
     let max_theta = checked_max_theta(*max_theta)?;
     let recorded = report(input)?;
-    if let (None, Some(path)) = (&recorded, measurement) {
-        let found = format!("{} and {}", input.display(), path.display());
-        return Err(Error::invalid("--measurement", "a report as INPUT, or no such option", found));
-    }
+    check_measurement(recorded.as_ref(), input, measurement.as_deref())?;
     let inputs: Vec<PathBuf> =
         [Some(input), scene.as_ref(), measurement.as_ref()].into_iter().flatten().cloned().collect();
     spares(&inputs, "-o", Some(output))?;
@@ -71,16 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let scene = scene.as_deref().map_or_else(|| Scene::studio(SIDE), Scene::read)?;
     let measured = match &recorded {
         None => read.read(input)?,
-        Some(recorded) => {
-            let read = read.or_as_in(Some(&recorded.report));
-            match measurement {
-                Some(path) => read.read(path)?,
-                None => {
-                    let path = Path::new(&recorded.report.data.path);
-                    own_measurement(&read, input, path, &recorded.report, "", "name it with --measurement")?
-                }
-            }
-        }
+        Some(recorded) => measurement_of(read, input, measurement.as_deref(), &recorded.report, "")?,
     };
     let values =
         recorded.as_ref().map(|recorded| values(recorded, &measured.channel_names(), input)).transpose()?;

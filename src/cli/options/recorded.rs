@@ -45,6 +45,39 @@ pub fn the_report(path: &Path) -> Result<Recorded, Error> {
     report(path)?.ok_or_else(|| Error::malformed(path, Place::File, "a report of brdfit", "something else"))
 }
 
+/// Fails if the user names another measurement for an input that is not a report.
+pub fn check_measurement(
+    recorded: Option<&Recorded>,
+    input: &Path,
+    named: Option<&Path>,
+) -> Result<(), Error> {
+    match (recorded, named) {
+        (None, Some(path)) => {
+            let found = format!("{} and {}", input.display(), path.display());
+            Err(Error::invalid("--measurement", "a report as INPUT, or no such option", found))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The measurement of the report at `path`, or the one that the user names instead. An error says with `why` what it is needed for.
+pub fn measurement_of(
+    read: &ReadArguments,
+    path: &Path,
+    named: Option<&Path>,
+    reported: &Report,
+    why: &str,
+) -> Result<Measurement, Error> {
+    let read = read.or_as_in(Some(reported));
+    match named {
+        Some(named) => read.read(named),
+        None => {
+            let own = Path::new(&reported.data.path);
+            own_measurement(&read, path, own, reported, why, "name it with --measurement")
+        }
+    }
+}
+
 /// The measurement that the report at `path` was made from, `input`. An error says with `why` what it is needed for, and with `hint`
 /// what to do without it.
 pub fn own_measurement(
