@@ -3,6 +3,7 @@
 
 mod broken;
 mod check;
+mod convert;
 mod evaluate;
 mod export;
 mod fit;

@@ -3,6 +3,7 @@
 //! To add a subcommand: copy the file of the one most like it, and add its `mod` and one line to `subcommands!` below.
 
 mod check;
+mod convert;
 mod evaluate;
 mod export;
 mod fit;
@@ -49,6 +50,8 @@ subcommands! {
     Models: models,
     /// Show what a measurement file contains
     Info: info,
+    /// Write a measurement or a fit in another format, or its values at given directions
+    Convert: convert,
     /// Check that a model or a measurement obeys physics, and how many digits a model keeps
     Check: check,
     /// Show what accuracy costs: models, approximations and numbers of samples

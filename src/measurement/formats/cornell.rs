@@ -12,8 +12,15 @@ use crate::measurement::{Channel, Measurement};
 use std::collections::HashSet;
 
 /// The format's entry in the registry.
-pub const FORMAT: Format =
-    Format { name: "cornell", summary: "a Cornell text table", sniff, read, directions: None, write: None };
+pub const FORMAT: Format = Format {
+    name: "cornell",
+    summary: "a Cornell text table",
+    sniff,
+    read,
+    directions: None,
+    extensions: &[],
+    write: None,
+};
 
 /// Largest number of wavelengths: no instrument resolves more, so a larger number is not a count of wavelengths.
 const MOST_WAVELENGTHS: usize = 100_000;

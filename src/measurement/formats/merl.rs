@@ -7,8 +7,9 @@
 
 use super::file::File;
 use super::format::{BinPosition, Confidence, Format, ReadOptions};
-use crate::error::{Error, Place};
-use crate::geometry::{Directions, HalfDifferenceGrid};
+use super::writing::{Subject, Written};
+use crate::error::{Error, Place, excerpt};
+use crate::geometry::{Directions, HalfDifferenceGrid, Pair};
 use crate::measurement::{Channel, Measurement};
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -24,8 +25,15 @@ const HEADER_BYTES: usize = 12;
 const FILE_BYTES: usize = HEADER_BYTES + 3 * 8 * HalfDifferenceGrid::CELLS;
 
 /// The format's entry in the registry.
-pub const FORMAT: Format =
-    Format { name: "merl", summary: "a MERL table", sniff, read, directions: None, write: None };
+pub const FORMAT: Format = Format {
+    name: "merl",
+    summary: "a MERL table",
+    sniff,
+    read,
+    directions: None,
+    extensions: &["binary"],
+    write: Some(write),
+};
 
 fn header(bytes: &[u8]) -> Option<[i32; 3]> {
     let mut integers =
@@ -208,6 +216,71 @@ impl<'g> Table<'g> {
         });
         (cells, values, dropped.into_iter().filter(|(_, number)| *number > 0).collect())
     }
+}
+
+/// Writes a BRDF as a table: the red, green and blue of the subject, or its only channel three times.
+fn write(subject: &Subject<'_>) -> Result<Written, Error> {
+    if subject.grid.is_some() {
+        return Err(Error::invalid("--grid", "no grid for a MERL table, which has its own", "one"));
+    }
+    let place = |name: &str| subject.channels.iter().position(|c| c.name.eq_ignore_ascii_case(name));
+    let planes = match (subject.channels, place("r"), place("g"), place("b")) {
+        ([_], ..) => [0; 3],
+        ([_, _, _], Some(r), Some(g), Some(b)) => [r, g, b],
+        _ => {
+            let names: Vec<&str> = subject.channels.iter().map(|c| c.name.as_str()).collect();
+            let expected =
+                "the channels r, g and b, or one, for a MERL table; --rgb makes them of a spectrum";
+            return Err(Error::invalid("--to", expected, excerpt(&names.join(", "))));
+        }
+    };
+    let mut losses = Vec::new();
+    if subject.channels.len() == 1 {
+        losses.push("the only channel was written three times, as r, g and b".to_owned());
+    }
+    if !subject.isotropic {
+        losses.push("the table has no azimuth of the surface: values are those at phi_i = 0".to_owned());
+    }
+    let own = subject.measurement.and_then(|measurement| match &measurement.directions {
+        Directions::Grid { cells, .. } => Some((measurement, cells)),
+        Directions::Scattered(_) => None,
+    });
+    let (cells, rows, covered) = match own {
+        Some((measurement, cells)) => (cells.clone(), measurement.values.clone(), vec![true; cells.len()]),
+        None => {
+            let grid = HalfDifferenceGrid::merl_centers();
+            let cells = (0_u32..).zip(grid.above_horizon()).filter(|(_, above)| **above);
+            let cells: Vec<u32> = cells.map(|(cell, _)| cell).collect();
+            let pair = |cell: &u32| {
+                let g = grid.geometry(*cell);
+                Pair { wi: g.wi.into(), wo: g.wo.into() }
+            };
+            let pairs: Vec<Pair> = cells.iter().map(pair).collect();
+            (cells, (subject.at)(&pairs), (subject.covered)(&pairs))
+        }
+    };
+    let rgb = |index: usize| -> Option<[f64; 3]> {
+        let value = |plane: usize| rows.get(plane)?.get(index).copied();
+        let [r, g, b] = planes;
+        Some([value(r)?, value(g)?, value(b)?])
+    };
+    let is_negative = |index: &usize| rgb(*index).is_some_and(|rgb| rgb.iter().any(|f| *f < 0.0));
+    let negatives = (0..cells.len()).filter(is_negative).count();
+    if negatives > 0 {
+        losses.push(format!("{negatives} cells with negative values were marked as not measured"));
+    }
+    let outside = covered.iter().filter(|covered| !**covered).count();
+    if outside > 0 {
+        losses.push(format!(
+            "{outside} of {} cells lie outside the measured directions and were marked as not measured",
+            cells.len()
+        ));
+    }
+    let bytes = encode(Path::new("the table"), |cell| {
+        let index = cells.binary_search(&cell).ok().filter(|index| covered.get(*index) == Some(&true))?;
+        rgb(index).filter(|rgb| rgb.iter().all(|f| *f >= 0.0))
+    })?;
+    Ok(Written { bytes, losses })
 }
 
 /// The bytes of a MERL table whose cells contain `value` (RGB, 1/sr), or -1 if that is `None`.

@@ -8,10 +8,12 @@ mod fields;
 mod file;
 mod format;
 pub mod merl;
+mod resampling;
 mod writing;
 
 pub use file::File;
 pub use format::{BinPosition, Confidence, Format, ReadDirections, ReadOptions};
+pub use resampling::{Resampling, resampling};
 pub use writing::{AngleGrid, Reflectance, Subject, Write, Written};
 
 use super::{Measurement, Source};

@@ -1,8 +1,9 @@
 //! The interface of a format that can be written.
 
 use crate::error::{Error, excerpt};
-use crate::geometry::Pair;
+use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::{Channel, Measurement};
+use std::borrow::Cow;
 
 /// A function that returns f in 1/sr at pairs of directions, by channel and pair.
 pub type Reflectance<'a> = dyn Fn(&[Pair]) -> Vec<Vec<f64>> + Sync + 'a;
@@ -14,6 +15,8 @@ pub struct Subject<'a> {
     pub channels: &'a [Channel],
     /// Its values at any directions.
     pub at: &'a Reflectance<'a>,
+    /// Whether there are data around pairs of directions; elsewhere `at` extrapolates.
+    pub covered: &'a (dyn Fn(&[Pair]) -> Vec<bool> + Sync + 'a),
     /// Its samples; `None` if it is a model.
     pub measurement: Option<&'a Measurement>,
     /// Whether f depends on the azimuths only through their difference.
@@ -22,6 +25,22 @@ pub struct Subject<'a> {
     pub about: &'a str,
     /// The angles at which it is written; `None` for those that suit the format.
     pub grid: Option<&'a AngleGrid>,
+}
+
+impl Subject<'_> {
+    /// The samples of the measurement, or without one, or with a grid, the values at a grid of angles: by default every 10 degrees of
+    /// theta_i, every 5 of theta_o and every 15 of phi, and of phi_i every 30 unless f is isotropic.
+    #[must_use]
+    pub fn sampled(&self) -> Cow<'_, Measurement> {
+        match (self.measurement, self.grid) {
+            (Some(measurement), None) => Cow::Borrowed(measurement),
+            _ => {
+                let pairs = self.grid.cloned().unwrap_or_default().pairs(self.isotropic);
+                let values = (self.at)(&pairs);
+                Cow::Owned(Measurement::of(self.channels.to_vec(), Directions::Scattered(pairs), values))
+            }
+        }
+    }
 }
 
 /// The content of a file, and what it could not hold.
@@ -53,6 +72,38 @@ pub struct AngleGrid {
 const MOST_ANGLES: f64 = 10_000.0;
 
 impl AngleGrid {
+    /// All pairs of its directions, with angles of their own choice for those that are not given. Without azimuths of incidence the
+    /// light is at 0 degrees.
+    #[must_use]
+    pub fn pairs(&self, isotropic: bool) -> Vec<Pair> {
+        let or = |own: &[f64], first: f64, step: f64, last: f64| {
+            if own.is_empty() { stepped(first, step, last) } else { own.to_vec() }
+        };
+        let phi_i = if isotropic && self.phi_i_deg.is_empty() {
+            vec![0.0]
+        } else {
+            or(&self.phi_i_deg, 0.0, 30.0, 330.0)
+        };
+        let theta_i = or(&self.theta_i_deg, 0.0, 10.0, 80.0);
+        let theta_o = or(&self.theta_o_deg, 0.0, 5.0, 85.0);
+        let phi = or(&self.phi_deg, 0.0, 15.0, if isotropic { 180.0 } else { 345.0 });
+        let mut pairs = Vec::new();
+        for phi_i in &phi_i {
+            for theta_i in &theta_i {
+                let wi = direction(theta_i.to_radians(), phi_i.to_radians());
+                for theta_o in &theta_o {
+                    // At the normal every azimuth is the same direction.
+                    let turns = if *theta_o == 0.0 { 1 } else { phi.len() };
+                    pairs.extend(phi.iter().take(turns).map(|phi| Pair {
+                        wi,
+                        wo: direction(theta_o.to_radians(), (phi_i + phi).to_radians()),
+                    }));
+                }
+            }
+        }
+        pairs
+    }
+
     /// Parses lists such as `theta_i=0:10:80,theta_o=0:5:85,phi=0:15:180`: first angle, step and last angle in degrees.
     ///
     /// # Errors

@@ -16,7 +16,8 @@ pub const FORMAT: Format = Format {
     sniff,
     read,
     directions: Some(directions),
-    write: None,
+    extensions: &["csv"],
+    write: Some(super::write::write_subject),
 };
 
 fn sniff(file: &File<'_>) -> Confidence {

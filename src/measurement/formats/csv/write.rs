@@ -4,6 +4,7 @@ use super::columns::{ANGLES, Columns, records};
 use crate::error::{Error, excerpt};
 use crate::geometry::{Geometry, spherical_degrees};
 use crate::measurement::Measurement;
+use crate::measurement::formats::writing::{Subject, Written};
 use std::fmt::Write as _;
 
 /// Writes the measurement as CSV in this project's own format, with `comments` at the beginning.
@@ -33,6 +34,16 @@ pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, E
         text.push('\n');
     }
     Ok(text)
+}
+
+/// Writes what a [`Subject`] is: the samples of a measurement, or its values on a grid of angles.
+///
+/// # Errors
+/// Those of [`write`].
+pub(super) fn write_subject(subject: &Subject<'_>) -> Result<Written, Error> {
+    let sampled = subject.sampled();
+    let comments = [subject.about.to_owned(), "angles in degrees, values in 1/sr".to_owned()];
+    Ok(Written { bytes: write(&sampled, &comments)?.into_bytes(), losses: Vec::new() })
 }
 
 /// The header with the names of the columns, quoted if necessary.
