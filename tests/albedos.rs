@@ -20,9 +20,13 @@ const GRAZING_DEG: f64 = 89.9;
 const ROUGH: Quadrature = Quadrature { tolerance: 1e-2, most_cells: 800 };
 const FAIR: Quadrature = Quadrature { tolerance: 1e-3, most_cells: 1500 };
 const FINE: Quadrature = Quadrature { tolerance: 1e-6, most_cells: 6000 };
+/// The most cells for the figure that is written, and the relative error at which it is good enough: sharp lobes at grazing need many.
+const MOST_CELLS: usize = 200_000;
+const GOOD_ENOUGH: f64 = 1e-3;
 /// Number of sets of shapes that are looked at, for one shape and for several.
 const SETS: [usize; 2] = [24, 72];
-/// Number of the best ones from which the search climbs.
+/// Number of the best ones that are looked at again with care, and from which of these the search climbs.
+const AGAIN: usize = 12;
 const CLIMBS: usize = 3;
 
 /// A place in the search: each shape between its bounds, then the angle of incidence, as numbers from 0 to 1; and the azimuth.
@@ -94,8 +98,8 @@ impl Variant {
         GRAZING_DEG * place.unit[self.shapes.len()]
     }
 
-    /// The largest albedo of all corners, less its error.
-    fn albedo(&self, place: &Place, quadrature: &Quadrature) -> (f64, usize) {
+    /// The largest albedo of all corners, and which corner has it.
+    fn albedo(&self, place: &Place, quadrature: &Quadrature) -> (Integral, usize) {
         let values = self.values(place);
         let shapes: Vec<f64> =
             self.shapes.iter().zip(values).map(|(spec, v)| spec.in_formula_units(v)).collect();
@@ -107,8 +111,22 @@ impl Variant {
         // Ridges are worth their many cells only for the last figure.
         let ridges = self.anisotropic && quadrature.tolerance <= FINE.tolerance;
         let found = directional_albedo(&self.expression, &parameters, wi, ridges, quadrature);
-        let surely = found.iter().map(|Integral { value, error }| value - error);
-        surely.zip(0..).max_by(|(a, _), (b, _)| a.total_cmp(b)).unwrap()
+        found.into_iter().zip(0..).max_by(|(a, _), (b, _)| a.value.total_cmp(&b.value)).unwrap()
+    }
+
+    /// The albedo with as many cells as it takes; less its error where even the most do not suffice.
+    fn finely(&self, place: &Place) -> (f64, usize) {
+        let mut most_cells = FINE.most_cells;
+        loop {
+            let (Integral { value, error }, corner) = self.albedo(place, &Quadrature { most_cells, ..FINE });
+            if error <= GOOD_ENOUGH * value {
+                return (value, corner);
+            }
+            if most_cells >= MOST_CELLS {
+                return (value - error, corner);
+            }
+            most_cells *= 3;
+        }
     }
 
     /// Places spread over the bounds, at four angles of incidence: multiples of the powers of a root (Roberts 2018).
@@ -143,7 +161,7 @@ impl Variant {
 
     /// Climbs from a place along one coordinate after the other, with steps that shrink.
     fn climb(&self, place: Place) -> (f64, Place) {
-        let mut best = (self.albedo(&place, &FAIR).0, place);
+        let mut best = (self.albedo(&place, &FAIR).0.value, place);
         let mut step = 0.2;
         while step > 0.004 {
             let mut moved = false;
@@ -154,7 +172,7 @@ impl Variant {
                     if next.unit[k] == best.1.unit[k] {
                         continue;
                     }
-                    let albedo = self.albedo(&next, &FAIR).0;
+                    let albedo = self.albedo(&next, &FAIR).0.value;
                     if albedo > best.0 * (1.0 + 1e-4) {
                         best = (albedo, next);
                         moved = true;
@@ -171,12 +189,17 @@ impl Variant {
 
     /// The line of the file: variant, albedo, angle of incidence, shapes and amplitudes where it was found.
     fn largest(&self) -> (f64, String) {
-        let mut places: Vec<(f64, Place)> =
-            self.spread().into_iter().map(|place| (self.albedo(&place, &ROUGH).0, place)).collect();
-        places.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let climbed = places.into_iter().take(CLIMBS).map(|(_, place)| self.climb(place));
-        let (_, place) = climbed.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-        let (albedo, corner) = self.albedo(&place, &FINE);
+        let sorted = |places: Vec<Place>, quadrature: &Quadrature| -> Vec<Place> {
+            let with = |place: Place| (self.albedo(&place, quadrature).0.value, place);
+            let mut places: Vec<(f64, Place)> = places.into_iter().map(with).collect();
+            places.sort_by(|a, b| b.0.total_cmp(&a.0));
+            places.into_iter().map(|(_, place)| place).collect()
+        };
+        let mut places = sorted(self.spread(), &ROUGH);
+        places.truncate(AGAIN);
+        let climbed = sorted(places, &FAIR).into_iter().take(CLIMBS).map(|place| self.climb(place).1);
+        let finely = climbed.map(|place| (self.finely(&place), place));
+        let ((albedo, corner), place) = finely.max_by(|((a, _), _), ((b, _), _)| a.total_cmp(b)).unwrap();
         let named = |name: &str, value: f64| format!("{name}={}", rounded(value));
         let shapes = self.shapes.iter().zip(self.values(&place)).map(|(spec, value)| named(spec.name, value));
         let model = &self.expression.lobes()[0].model;
