@@ -46,8 +46,12 @@ fn holds(values: &Values) -> Result<String, NotHeld> {
         }
         _ => return Err(values.not_held()),
     };
-    let space = format!("ColorSpace \"{}\"\n", values.color_space());
-    Ok(commented(values.header(), "#") + &space + &material)
+    let material = match values.color_space() {
+        "" | "srgb" => material,
+        // The block keeps the scene's own color space as it is; named materials outlive it.
+        space => format!("AttributeBegin\nColorSpace \"{space}\"\n{material}AttributeEnd\n"),
+    };
+    Ok(commented(values.header(), "#") + &material)
 }
 
 fn is_conductor(lobe: &LobeOf) -> bool {

@@ -1,6 +1,6 @@
 //! Files that no subcommand may accept, those that every one must, and values at the ends of what is allowed.
 
-use super::{GOOD, HEADER, complaints, refused};
+use super::{GOOD, HEADER, assert_refused, complaints, refused};
 use crate::common::{CELLS, Folder, merl_filled, merl_header, shared};
 use serde_json::{Value, json};
 
@@ -386,4 +386,48 @@ fn extreme_values_do_not_panic() {
         }
     }
     assert!(wrong.is_empty(), "{} complaints:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// Compressed files are read as what they hold, and named by their own hash.
+#[test]
+fn files_compressed_by_gzip_are_read() {
+    use flate2::{Compression, write::GzEncoder};
+    use std::io::Write as _;
+    let packed = |bytes: &[u8]| {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let folder = Folder::new();
+    folder.brdfit("synth -m lambert --set kd=0.5 --directions 3000 -o a.csv").good();
+    let bytes = std::fs::read(folder.path("a.csv")).unwrap();
+    let gzip = packed(&bytes);
+    folder.write("a.csv.gz", &gzip);
+    let [plain, unpacked] =
+        ["a.csv", "a.csv.gz"].map(|name| folder.brdfit(&format!("info {name} --json")).good().json());
+    assert_eq!(plain["channels"], unpacked["channels"]);
+    assert_eq!(plain["samples"], unpacked["samples"]);
+    let of = |bytes: &[u8]| {
+        use sha2::Digest as _;
+        sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>()
+    };
+    assert_eq!(plain["sha256"], of(&bytes));
+    assert_eq!(unpacked["sha256"], of(&gzip));
+    // A file that is cut off, one that is damaged, and one that would fill the memory.
+    folder.write("cut.csv.gz", &gzip[..gzip.len() / 2]);
+    let mut damaged = gzip.clone();
+    let place = damaged.len() - 6;
+    damaged[place] ^= 0x55;
+    folder.write("damaged.csv.gz", &damaged);
+    let zeros = packed(&vec![b'#'; 64 << 20]);
+    let many: Vec<u8> = std::iter::repeat_n(zeros.as_slice(), 20).flatten().copied().collect();
+    folder.write("bomb.csv.gz", &many);
+    assert_refused(
+        &folder,
+        &[
+            refused("a file that is cut off", "info cut.csv.gz", &["cut.csv.gz"]),
+            refused("a damaged file", "info damaged.csv.gz", &["damaged.csv.gz"]),
+            refused("1.25 GiB in 1.2 MB", "info bomb.csv.gz", &["more than 1 GiB once unpacked"]),
+        ],
+    );
 }

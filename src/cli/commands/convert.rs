@@ -258,7 +258,11 @@ impl Source {
             grid,
         };
         let Written { bytes, losses } = write(&subject)?;
-        let name = output.display();
+        let name = if output.as_os_str() == "-" {
+            "standard output".to_owned()
+        } else {
+            output.display().to_string()
+        };
         said.extend(losses.iter().map(|loss| format!("warning: {name}: {loss}")));
         if let Some(Resampling { relative_rms, median, pairs }) = resampling(&bytes, format, &subject)? {
             let what = if subject.measurement.is_some() { "measured" } else { "random" };
@@ -275,7 +279,17 @@ impl Source {
 
 /// A share in per cent, to two digits.
 fn percent(share: f64) -> String {
-    if share < 1e-12 { "0 %".to_owned() } else { format!("{:.1e} %", 100.0 * share) }
+    let percent = 100.0 * share;
+    match percent {
+        _ if percent < 1e-10 => "0 %".to_owned(),
+        _ if percent < 1e-3 => format!("{percent:.1e} %"),
+        // Two digits.
+        _ if percent < 0.01 => format!("{percent:.4} %"),
+        _ if percent < 0.1 => format!("{percent:.3} %"),
+        _ if percent < 1.0 => format!("{percent:.2} %"),
+        _ if percent < 10.0 => format!("{percent:.1} %"),
+        _ => format!("{percent:.0} %"),
+    }
 }
 
 /// The last part of a path.

@@ -1,17 +1,25 @@
 //! A file that is being read.
 
 use crate::error::{Error, Place};
+use flate2::read::MultiGzDecoder;
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::io::Read;
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 
 /// Number of bytes that are kept to recognise the format, more than any format needs.
 const HEAD_BYTES: u64 = 65536;
 /// Number of bytes of a text that are read and checked at a time.
 const TEXT_PIECE: u64 = 1 << 20;
 
-/// A file that is read once, from beginning to end, and hashed on the way.
+/// The first bytes of a file compressed by gzip.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+/// The largest number of bytes that a compressed file may hold: more than any measurement, and less than would exhaust a machine.
+const MOST_UNPACKED: u64 = 1 << 30;
+
+/// A file that is read once, from beginning to end, and hashed on the way. A file compressed by gzip is unpacked as it is read, and the
+/// hash is that of the file itself.
 ///
 /// Its first bytes are available to recognise the format. A reader then takes all of it, as text or as numbers.
 pub struct File<'a> {
@@ -19,7 +27,7 @@ pub struct File<'a> {
     pub path: &'a Path,
     head: Vec<u8>,
     rest: Box<dyn Read + Send + 'a>,
-    hash: Sha256,
+    hash: Hash,
     /// Total number of bytes; `None` if that is not known beforehand.
     length: Option<u64>,
 }
@@ -33,7 +41,10 @@ impl<'a> File<'a> {
         let file = std::fs::File::open(path).map_err(Error::read(path))?;
         // A pipe or a device also reports a length, but not that of its output.
         let length = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|meta| meta.len());
-        Ok(Self { length, ..Self::new(path, file)? })
+        let opened = Self::new(path, file)?;
+        // The length of a compressed file is not that of its content.
+        let length = if matches!(opened.hash, Hash::OfPacked(_)) { None } else { length };
+        Ok(Self { length, ..opened })
     }
 
     /// A file with any content, called `path` in errors.
@@ -43,7 +54,15 @@ impl<'a> File<'a> {
     pub fn new(path: &'a Path, mut content: impl Read + Send + 'a) -> Result<Self, Error> {
         let mut head = Vec::new();
         content.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(Error::read(path))?;
-        Ok(Self { path, head, rest: Box::new(content), hash: Sha256::new(), length: None })
+        if !head.starts_with(&GZIP) {
+            return Ok(Self { path, head, rest: Box::new(content), hash: Hash::default(), length: None });
+        }
+        let hash = Arc::new(Mutex::new(Sha256::new()));
+        let packed = Hashed { inner: std::io::Cursor::new(head).chain(content), hash: Arc::clone(&hash) };
+        let mut unpacked = Limited { inner: MultiGzDecoder::new(packed), left: MOST_UNPACKED };
+        let mut head = Vec::new();
+        unpacked.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(Error::read(path))?;
+        Ok(Self { path, head, rest: Box::new(unpacked), hash: Hash::OfPacked(hash), length: None })
     }
 
     /// Its number of bytes; `None` if that is not known before it is read.
@@ -170,11 +189,75 @@ impl<'a> File<'a> {
     /// The SHA-256 of what was read, in hexadecimal.
     #[must_use]
     pub fn sha256(self) -> String {
-        self.hash.finalize().iter().fold(String::with_capacity(64), |mut text, byte| {
+        self.hash.finish().iter().fold(String::with_capacity(64), |mut text, byte| {
             // Writing to a string cannot fail.
             let _ = write!(text, "{byte:02x}");
             text
         })
+    }
+}
+
+/// The hash of a file.
+enum Hash {
+    /// Of the bytes as they are read.
+    OfContent(Sha256),
+    /// Of the bytes before they are unpacked, which the reader below keeps up to date.
+    OfPacked(Arc<Mutex<Sha256>>),
+}
+
+impl Default for Hash {
+    fn default() -> Self {
+        Self::OfContent(Sha256::new())
+    }
+}
+
+impl Hash {
+    fn update(&mut self, bytes: &[u8]) {
+        if let Self::OfContent(hash) = self {
+            hash.update(bytes);
+        }
+    }
+
+    fn finish(self) -> Vec<u8> {
+        match self {
+            Self::OfContent(hash) => hash.finalize().to_vec(),
+            // A lock is poisoned only if a thread panicked while it held it, which none does.
+            Self::OfPacked(hash) => {
+                hash.lock().map(|hash| hash.clone()).unwrap_or_default().finalize().to_vec()
+            }
+        }
+    }
+}
+
+/// A reader whose bytes are hashed.
+struct Hashed<R> {
+    inner: R,
+    hash: Arc<Mutex<Sha256>>,
+}
+
+impl<R: Read> Read for Hashed<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        if let Ok(mut hash) = self.hash.lock() {
+            hash.update(buffer.get(..n).unwrap_or_default());
+        }
+        Ok(n)
+    }
+}
+
+/// A reader that fails instead of giving more than a number of bytes, so that a small file cannot fill the memory.
+struct Limited<R> {
+    inner: R,
+    left: u64,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.left = self.left.checked_sub(count(n)).ok_or_else(|| {
+            std::io::Error::other(format!("more than {} GiB once unpacked", MOST_UNPACKED >> 30))
+        })?;
+        Ok(n)
     }
 }
 
