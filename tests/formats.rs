@@ -2,6 +2,8 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::float_cmp, clippy::cast_precision_loss)]
 
+mod alta;
+
 use crate::common::{CELLS, Folder, merl_filled, merl_header, shared};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use brdfit::Error;

@@ -48,6 +48,8 @@ fn every_cut_and_every_damaged_byte() {
         ("csv", "order-crlf-bom.csv"),
         ("cornell", "plain.brdf"),
         ("cornell", "lines.brdf"),
+        ("alta", "tape.alta"),
+        ("alta", "intervals.alta"),
         ("merl", "cells.binary"),
         ("drawdown", "own.csv"),
         ("drawdown", "channels.csv"),

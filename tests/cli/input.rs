@@ -275,8 +275,6 @@ fn measured_files_of_other_formats_are_refused() {
         "rgl/paper_white_rgb.bsdf",
         "mwir/mwir_metals_lacquers.csv",
         "nist-ptfe/PTFE.data.csv",
-        "cea-retro/retro-3M-yellow.dat",
-        "merl-slices/pink-felt-1d.alta",
         "merl-slices/red-fabric-slice.exr",
         "nbrdf/merl.npz",
         "nist-strd/Gauss1.dat",

@@ -27,6 +27,7 @@ pub type Target = (&'static str, fn(&[u8]));
 pub const TARGETS: &[Target] = &[
     ("csv", csv),
     ("cornell", cornell),
+    ("alta", alta),
     ("merl", merl),
     ("measurement", measurement),
     ("directions", directions),
@@ -141,6 +142,14 @@ pub fn csv(bytes: &[u8]) {
 pub fn cornell(bytes: &[u8]) {
     if let Some(m) = read(bytes, Some("cornell")) {
         assert!(m.channels.iter().all(|channel| channel.wavelength_nm.is_some()));
+        check_round_trip(&m);
+    }
+}
+
+/// ALTA's text files.
+pub fn alta(bytes: &[u8]) {
+    if let Some(m) = read(bytes, Some("alta")) {
+        assert!(m.directions.iter().all(|g| g.cos_i() > 0.0 && g.cos_o() > 0.0));
         check_round_trip(&m);
     }
 }

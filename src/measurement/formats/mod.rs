@@ -2,6 +2,7 @@
 //!
 //! To add a format, copy the file of the most similar one, and add its `mod` and a line to [`REGISTRY`].
 
+mod alta;
 mod cornell;
 pub mod csv;
 mod fields;
@@ -22,7 +23,7 @@ use crate::geometry::Pair;
 use std::path::Path;
 
 /// Every format, the most easily recognised first.
-pub const REGISTRY: &[Format] = &[merl::FORMAT, cornell::FORMAT, csv::FORMAT];
+pub const REGISTRY: &[Format] = &[merl::FORMAT, alta::FORMAT, cornell::FORMAT, csv::FORMAT];
 
 /// Reads a measurement in the format called `format`, or in the one recognised by its content.
 ///
