@@ -2,7 +2,7 @@
 """What accuracy costs on measured materials: runs `brdfit tradeoff` on each and writes the tables and plots of docs/use/tradeoff.md.
 
 What it does
-    Measurements: the three Cornell paints, NIST's sintered PTFE (converted by scripts/convert_nist_ptfe.py), the reference
+    Measurements: the three Cornell paints, NIST's sintered PTFE, the reference
     directions of two materials of EPFL's RGL database, and ten MERL materials, which are the neural regressions of
     Sztrajman et al. 2021 decoded to full tables. Each is compared on its own, timed from start to end, and leaves
     its JSON in target/tradeoff. It exits 1 if one takes more than 60 seconds.
@@ -87,10 +87,8 @@ def measurements(folder: Path) -> dict[str, Path]:
     files = {name: folder / f"{name}.brdf" for name in CORNELL}
     for path in files.values():
         path.symlink_to((DATA / "cornell" / path.name).resolve())
-    ptfe = folder / "ptfe.csv"
-    converter = ROOT / "scripts/convert_nist_ptfe.py"
-    subprocess.run([sys.executable, converter, DATA / "nist-ptfe/PTFE.data.csv", ptfe], check=True)
-    files["ptfe"] = ptfe
+    files["ptfe"] = folder / "ptfe.csv"
+    files["ptfe"].symlink_to((DATA / "nist-ptfe/PTFE.data.csv").resolve())
     for name in RGL:
         files[name] = folder / f"{name}.csv"
         rgl_degrees(name, files[name])

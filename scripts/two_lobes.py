@@ -18,7 +18,6 @@ from common import SHARED_DATA, checked_brdfit, nbrdf_tool
 
 ONE = "lambert + cook-torrance"
 TWO = f"{ONE} + cook-torrance"
-SCRIPTS = Path(__file__).resolve().parent
 MOST_SAMPLES = 100_000
 """Samples per fit: enough for any table, and few enough for all materials in minutes."""
 
@@ -35,19 +34,15 @@ def merl_tables(folder):
             path.unlink()
 
 
-def converted(folder):
-    """Turns the measurements at hand that are in other formats into CSV, and yields their paths."""
+def others(folder):
+    """Yields the name, path and options of the measurements at hand that are neither Cornell's nor MERL's."""
     folder = Path(folder)
-
-    def run(script, *arguments):
-        command = [sys.executable, SCRIPTS / f"{script}.py", *arguments]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-
-    run("convert_nist_ptfe", SHARED_DATA / "nist-ptfe/PTFE.data.csv", folder / "nist-ptfe.csv")
-    run("convert_alta_retro", SHARED_DATA / "cea-retro/retro-3M-yellow.dat", folder / "retro-3M-yellow.csv")
-    metals = folder / "mwir"
-    metals.mkdir()
-    run("convert_mwir", SHARED_DATA / "mwir/mwir_metals_lacquers.csv", metals)
+    yield "nist-ptfe", SHARED_DATA / "nist-ptfe/PTFE.data.csv", []
+    yield "retro-3M-yellow", SHARED_DATA / "cea-retro/retro-3M-yellow.dat", []
+    metals = SHARED_DATA / "mwir/mwir_metals_lacquers.csv"
+    rows = [line.split(",")[0] for line in metals.read_text().splitlines() if not line.startswith("#")]
+    for material in sorted(set(rows[1:])):
+        yield material, metals, ["--material", material]
     for file in sorted((SHARED_DATA / "rgl").glob("*_reference.csv")):
         header, *rows = file.read_text().splitlines()
         with (folder / f"{file.stem}.csv").open("w") as out:
@@ -55,13 +50,13 @@ def converted(folder):
             for row in rows:
                 numbers = [float(number) for number in row.split(",")]
                 print(*map(math.degrees, numbers[:4]), *numbers[4:], sep=",", file=out)
-    yield from sorted(folder.rglob("*.csv"))
+        yield file.stem, folder / f"{file.stem}.csv", []
 
 
-def fit(brdfit, path, model, hold_out):
+def fit(brdfit, path, options, model, hold_out):
     """The error of a fit in cbrt: on the samples fitted, or on those held out."""
     more = ["--hold-out", "0.2"] if hold_out else []
-    command = [brdfit, "fit", path, "-m", model, "--samples", str(MOST_SAMPLES), "--metric", "cbrt", "--json", *more]
+    command = [brdfit, "fit", path, *options, "-m", model, "--samples", str(MOST_SAMPLES), "--metric", "cbrt", "--json", *more]
     done = subprocess.run(command, capture_output=True, text=True)
     if not done.stdout:
         print(f"{path.name}: {done.stderr.strip()}", file=sys.stderr)
@@ -78,13 +73,15 @@ def main():
     print("| material | one lobe | two lobes | ratio | held out: ratio |\n|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         cornell = sorted((SHARED_DATA / "cornell").glob("*.brdf"))
-        for path in itertools.chain(cornell, converted(folder), merl_tables(folder)):
-            one, two = (fit(brdfit, path, model, False) for model in (ONE, TWO))
-            held_one, held_two = (fit(brdfit, path, model, True) for model in (ONE, TWO))
-            print(f"| {path.stem} | {one:.5f} | {two:.5f} | {two / one:.3f} | {held_two / held_one:.3f} |", flush=True)
+        paints = [(path.stem, path, []) for path in cornell]
+        merl = ((path.stem, path, []) for path in merl_tables(folder))
+        for name, path, options in itertools.chain(paints, others(folder), merl):
+            one, two = (fit(brdfit, path, options, model, False) for model in (ONE, TWO))
+            held_one, held_two = (fit(brdfit, path, options, model, True) for model in (ONE, TWO))
+            print(f"| {name} | {one:.5f} | {two:.5f} | {two / one:.3f} | {held_two / held_one:.3f} |", flush=True)
             ratios.append(two / one)
             if two > one * (1 + 1e-9):
-                worse.append(path.stem)
+                worse.append(name)
     mean = math.exp(sum(map(math.log, ratios)) / len(ratios))
     print(f"\n{len(ratios)} materials, geometric mean of the ratios {mean:.3f}; worse with two lobes: {', '.join(worse) or 'none'}")
     return 1 if worse else 0

@@ -52,6 +52,7 @@ pub enum OptionName {
     Init,
     Loss,
     LossScale,
+    Material,
     MaxTheta,
     Metric,
     PerChannel,
@@ -81,6 +82,7 @@ impl OptionName {
             Self::Init => "init",
             Self::Loss => "loss",
             Self::LossScale => "loss-scale",
+            Self::Material => "material",
             Self::MaxTheta => "max-theta",
             Self::Metric => "metric",
             Self::PerChannel => "per-channel",
@@ -155,6 +157,8 @@ pub enum NameKind {
     Channel,
     /// A file format.
     Format,
+    /// A material in a file of several.
+    Material,
     /// A renderer to export to.
     Target,
     /// The primaries of a colour.
@@ -173,6 +177,7 @@ impl fmt::Display for NameKind {
             Self::Parameter => "a parameter",
             Self::Channel => "a channel",
             Self::Format => "a format",
+            Self::Material => "a material",
             Self::Target => "a target",
         })
     }

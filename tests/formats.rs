@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::float_cmp, clippy::cast_precision_loss)]
 
 mod alta;
+mod published_tables;
 
 use crate::common::{CELLS, Folder, merl_filled, merl_header, shared};
 use approx::{assert_abs_diff_eq, assert_relative_eq};

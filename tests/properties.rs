@@ -50,6 +50,8 @@ fn every_cut_and_every_damaged_byte() {
         ("cornell", "lines.brdf"),
         ("alta", "tape.alta"),
         ("alta", "intervals.alta"),
+        ("tables", "ptfe.csv"),
+        ("tables", "metals.csv"),
         ("merl", "cells.binary"),
         ("drawdown", "own.csv"),
         ("drawdown", "channels.csv"),

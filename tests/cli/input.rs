@@ -273,8 +273,6 @@ fn headers_do_not_decide_about_memory() {
 fn measured_files_of_other_formats_are_refused() {
     for name in [
         "rgl/paper_white_rgb.bsdf",
-        "mwir/mwir_metals_lacquers.csv",
-        "nist-ptfe/PTFE.data.csv",
         "merl-slices/red-fabric-slice.exr",
         "nbrdf/merl.npz",
         "nist-strd/Gauss1.dat",

@@ -28,6 +28,7 @@ pub const TARGETS: &[Target] = &[
     ("csv", csv),
     ("cornell", cornell),
     ("alta", alta),
+    ("tables", tables),
     ("merl", merl),
     ("measurement", measurement),
     ("directions", directions),
@@ -151,6 +152,16 @@ pub fn alta(bytes: &[u8]) {
     if let Some(m) = read(bytes, Some("alta")) {
         assert!(m.directions.iter().all(|g| g.cos_i() > 0.0 && g.cos_o() > 0.0));
         check_round_trip(&m);
+    }
+}
+
+/// NIST's and the thermal infrared's tables.
+pub fn tables(bytes: &[u8]) {
+    for format in ["nist", "mwir"] {
+        if let Some(m) = read(bytes, Some(format)) {
+            assert!(m.directions.iter().all(|g| g.cos_i() > 0.0 && g.cos_o() > 0.0));
+            check_round_trip(&m);
+        }
     }
 }
 

@@ -9,6 +9,9 @@ mod fields;
 mod file;
 mod format;
 pub mod merl;
+mod mwir;
+mod named_columns;
+mod nist;
 mod resampling;
 mod writing;
 
@@ -23,7 +26,8 @@ use crate::geometry::Pair;
 use std::path::Path;
 
 /// Every format, the most easily recognised first.
-pub const REGISTRY: &[Format] = &[merl::FORMAT, alta::FORMAT, cornell::FORMAT, csv::FORMAT];
+pub const REGISTRY: &[Format] =
+    &[merl::FORMAT, alta::FORMAT, cornell::FORMAT, nist::FORMAT, mwir::FORMAT, csv::FORMAT];
 
 /// Reads a measurement in the format called `format`, or in the one recognised by its content.
 ///

@@ -188,7 +188,7 @@ fn keys(text: &str) -> HashMap<&str, Line<'_>> {
             break;
         };
         let (key, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        if !key.is_empty() && !(key == "ALTA" && keys.contains_key(key)) {
+        if !(key.is_empty() || key == "ALTA" && keys.contains_key(key)) {
             keys.insert(key, (Place::of_line(index + 1), rest.trim()));
         }
     }

@@ -20,8 +20,15 @@ use crate::measurement::{Instrument, Measurement, Remark};
 use std::collections::BTreeMap;
 
 /// The format's entry in the registry.
-pub const FORMAT: Format =
-    Format { name: "alta", summary: "an ALTA text file", sniff, read, directions: None, write: None };
+pub const FORMAT: Format = Format {
+    name: "alta",
+    summary: "an ALTA text file",
+    sniff,
+    read,
+    directions: None,
+    extensions: &[],
+    write: None,
+};
 
 /// A direction closer to the horizon than this is in the horizon: its cosine is nothing to divide by.
 const LEAST_COSINE: f64 = 1e-6;
