@@ -32,5 +32,8 @@ mod recovery;
 mod reference;
 #[cfg(feature = "images")]
 mod scene;
+mod ssdd;
 #[cfg(feature = "cli")]
 mod trust;
+mod utia;
+mod zemax;

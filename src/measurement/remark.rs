@@ -11,6 +11,8 @@ pub enum Remark {
     Unpolarised,
     /// The file also holds transmission, which was left out.
     TransmissionLeftOut,
+    /// The file also holds the reflectance of a perfect mirror, which was left out.
+    MirrorLeftOut,
     /// The values were divided by a cosine to give f.
     CosineDividedOut {
         /// The angle whose cosine it is: `theta_i` or `theta_o`.
@@ -42,6 +44,9 @@ impl fmt::Display for Remark {
                 write!(f, "the file holds Mueller matrices: the element for unpolarised light was read")
             }
             Self::TransmissionLeftOut => write!(f, "the file also holds transmission, which was left out"),
+            Self::MirrorLeftOut => {
+                write!(f, "the file also holds the reflectance of a perfect mirror, which was left out")
+            }
             Self::CosineDividedOut { angle } => {
                 write!(f, "the file holds f cos({angle}): the cosine was divided out")
             }

@@ -30,6 +30,8 @@ pub const TARGETS: &[Target] = &[
     ("alta", alta),
     ("tables", tables),
     ("merl", merl),
+    ("zemax", zemax),
+    ("ssdd", ssdd),
     ("measurement", measurement),
     ("directions", directions),
     ("drawdown", drawdown),
@@ -171,6 +173,28 @@ pub fn merl(bytes: &[u8]) {
         let error = read_file(file(bytes), Some("merl"), &ReadOptions::new().with_merl_bins(merl_bins));
         check_refusal(&error.expect_err("shorter than a table"));
     }
+}
+
+/// Zemax's tables.
+pub fn zemax(bytes: &[u8]) {
+    if let Some(m) = read(bytes, Some("zemax")) {
+        check_round_trip(&m);
+        assert!(m.instrument.total_scatter.iter().all(|total| total.share.is_finite()));
+        check_above_horizon(&m);
+    }
+}
+
+/// SSDD, its tables as text and as floats.
+pub fn ssdd(bytes: &[u8]) {
+    if let Some(m) = read(bytes, Some("ssdd")) {
+        check_round_trip(&m);
+        check_above_horizon(&m);
+    }
+}
+
+/// Formats whose tables have places below the horizon leave them out, with no slack.
+fn check_above_horizon(m: &Measurement) {
+    assert!(m.directions.iter().all(|g| g.wi[2] > 0.0 && g.wo[2] > 0.0));
 }
 
 /// A measurement in the format that its content shows, which is that of the format by name.

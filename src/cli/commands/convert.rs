@@ -10,7 +10,7 @@ use brdfit::error::NameKind;
 use brdfit::geometry::{Directions, Pair};
 use brdfit::image::{Illuminant, PRIMARIES, Primaries, REC709, Route, ToRgb};
 use brdfit::measurement::formats::{
-    AngleGrid, Format, REGISTRY, Resampling, Subject, Written, csv, read_directions, resampling,
+    AngleGrid, Format, REGISTRY, Resampling, Subject, Written, csv, everywhere, read_directions, resampling,
 };
 use brdfit::measurement::{Channel, Interpolant, Measurement};
 use brdfit::model::LobeValues;
@@ -216,7 +216,7 @@ impl Source {
     fn covered(&self, pairs: &[Pair]) -> Vec<bool> {
         match &self.kind {
             Kind::Measured(_, interpolant) => interpolant.at(pairs).covered,
-            Kind::Fitted { .. } => vec![true; pairs.len()],
+            Kind::Fitted { .. } => everywhere(pairs),
         }
     }
 

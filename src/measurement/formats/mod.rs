@@ -13,12 +13,17 @@ mod mwir;
 mod named_columns;
 mod nist;
 mod resampling;
+mod specular;
+mod ssdd;
+mod tabulated;
+mod utia;
 mod writing;
+mod zemax;
 
 pub use file::File;
 pub use format::{BinPosition, Confidence, Format, ReadDirections, ReadOptions};
 pub use resampling::{Resampling, resampling};
-pub use writing::{AngleGrid, Reflectance, Subject, Write, Written};
+pub use writing::{AngleGrid, Reflectance, Subject, Write, Written, everywhere};
 
 use super::{Measurement, Source};
 use crate::error::{Error, NameKind, OptionName, Place, excerpt};
@@ -26,8 +31,17 @@ use crate::geometry::Pair;
 use std::path::Path;
 
 /// Every format, the most easily recognised first.
-pub const REGISTRY: &[Format] =
-    &[merl::FORMAT, alta::FORMAT, cornell::FORMAT, nist::FORMAT, mwir::FORMAT, csv::FORMAT];
+pub const REGISTRY: &[Format] = &[
+    merl::FORMAT,
+    zemax::FORMAT,
+    ssdd::FORMAT,
+    alta::FORMAT,
+    cornell::FORMAT,
+    nist::FORMAT,
+    mwir::FORMAT,
+    csv::FORMAT,
+    utia::FORMAT,
+];
 
 /// Reads a measurement in the format called `format`, or in the one recognised by its content.
 ///

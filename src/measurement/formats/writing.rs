@@ -43,6 +43,12 @@ impl Subject<'_> {
     }
 }
 
+/// What covers every pair of directions, as a model does.
+#[must_use]
+pub fn everywhere(pairs: &[Pair]) -> Vec<bool> {
+    vec![true; pairs.len()]
+}
+
 /// The content of a file, and what it could not hold.
 #[derive(Clone, Debug, Default)]
 pub struct Written {

@@ -1,0 +1,123 @@
+//! How the parameters of SSDD stand for directions.
+
+use crate::geometry::{Pair, direction};
+use crate::measurement::formats::specular::pair;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A parameterisation of pairs of directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Parameters {
+    Spherical,
+    Specular,
+    HalfDifference,
+    Distorted,
+}
+
+/// Degrees by which an angle may be beyond its range: writers convert from radians of few digits.
+const SLACK_DEG: f64 = 1e-3;
+
+impl Parameters {
+    pub(super) const ALL: [Self; 4] =
+        [Self::Spherical, Self::Specular, Self::HalfDifference, Self::Distorted];
+
+    /// Its name in a file.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Spherical => "spherical_coordinate_system",
+            Self::Specular => "specular_coordinate_system",
+            Self::HalfDifference => "half_difference_coordinate_system",
+            Self::Distorted => "distorted_spherical_coordinate_system",
+        }
+    }
+
+    /// Whether the list of this number may contain an angle in degrees, or the largest that it may contain.
+    pub(super) fn check(self, list: usize, angle: f64) -> Result<(), f64> {
+        let most = match list {
+            0 => 90.0,
+            2 if self == Self::Specular => 180.0,
+            2 => 90.0,
+            _ => 360.0,
+        };
+        if (-SLACK_DEG..=most + SLACK_DEG).contains(&angle) { Ok(()) } else { Err(most) }
+    }
+
+    /// Whether the fifth list, of offsets to the mirror direction, belongs to it.
+    pub(super) fn has_offsets(self) -> bool {
+        matches!(self, Self::Specular | Self::Distorted)
+    }
+
+    /// The pair of directions at parameters in degrees, with an offset to the mirror direction.
+    pub(super) fn pair(self, parameters: [f64; 4], offset: f64) -> Pair {
+        let [a, b, c, d] = parameters;
+        let radians = parameters.map(f64::to_radians);
+        match self {
+            Self::Spherical => {
+                let [theta_i, phi_i, theta_o, phi_o] = radians;
+                Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) }
+            }
+            Self::Specular => pair([a, b], offset, c, d),
+            Self::HalfDifference => half_difference(radians),
+            Self::Distorted => distorted(radians, offset.to_radians()),
+        }
+    }
+}
+
+/// Rusinkiewicz's half and difference angles.
+fn half_difference([theta_h, phi_h, theta_d, phi_d]: [f64; 4]) -> Pair {
+    let difference = direction(theta_d, phi_d);
+    // From the half vector's frame: its z axis is h, and its x axis leads away from the normal.
+    let x = direction(theta_h + FRAC_PI_2, phi_h);
+    let y = DVec3::new(-phi_h.sin(), phi_h.cos(), 0.0);
+    let h = direction(theta_h, phi_h);
+    let wi = x * difference.x + y * difference.y + h * difference.z;
+    Pair { wi, wo: h * (2.0 * wi.dot(h)) - wi }
+}
+
+/// Azimuth and polar angle over 90 degrees as polar coordinates of a disk; the disk is drawn so that the mirror direction becomes its
+/// centre and the horizon remains its edge.
+fn distorted([theta_i, phi_i, theta, phi]: [f64; 4], offset: f64) -> Pair {
+    let (radius, centre) = (theta / FRAC_PI_2, (theta_i + offset) / FRAC_PI_2);
+    let place = |radius: f64, phi: f64| (radius * phi.cos(), radius * phi.sin());
+    let ((x, y), (x0, y0)) = (place(radius, phi), place(centre, phi_i + PI));
+    let (x, y) = (x + x0 * (1.0 - radius), y + y0 * (1.0 - radius));
+    Pair { wi: direction(theta_i, phi_i), wo: direction(x.hypot(y) * FRAC_PI_2, y.atan2(x)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    fn assert_pair(parameters: Parameters, degrees: [f64; 4], expected: [f64; 4]) {
+        let found = parameters.pair(degrees, 0.0);
+        let [theta_i, phi_i, theta_o, phi_o] = expected.map(f64::to_radians);
+        for (found, expected) in
+            [(found.wi, direction(theta_i, phi_i)), (found.wo, direction(theta_o, phi_o))]
+        {
+            assert_abs_diff_eq!((found - expected).length(), 0.0, epsilon = 1e-12);
+        }
+    }
+
+    /// Places that need no arithmetic.
+    #[test]
+    fn directions_by_hand() {
+        use Parameters::{Distorted, HalfDifference, Specular, Spherical};
+        assert_pair(Spherical, [10.0, 20.0, 30.0, 40.0], [10.0, 20.0, 30.0, 40.0]);
+        assert_pair(Specular, [30.0, 20.0, 0.0, 77.0], [30.0, 20.0, 30.0, 200.0]);
+        assert_pair(Specular, [30.0, 20.0, 40.0, 180.0], [30.0, 20.0, 70.0, 200.0]);
+        // The half vector at the normal: mirror directions. phi_d is then the light's own azimuth.
+        assert_pair(HalfDifference, [0.0, 0.0, 35.0, 50.0], [35.0, 50.0, 35.0, 230.0]);
+        // In the plane of the half vector and the normal, the light above it at phi_d = 0.
+        assert_pair(HalfDifference, [20.0, 70.0, 35.0, 0.0], [55.0, 70.0, 15.0, 250.0]);
+        assert_pair(HalfDifference, [20.0, 70.0, 35.0, 180.0], [15.0, 250.0, 55.0, 70.0]);
+        // Retro-reflection.
+        assert_pair(HalfDifference, [20.0, 70.0, 0.0, 0.0], [20.0, 70.0, 20.0, 70.0]);
+        // The centre of the disk, its edge, and half way from the mirror direction to the horizon.
+        assert_pair(Distorted, [40.0, 20.0, 0.0, 0.0], [40.0, 20.0, 40.0, 200.0]);
+        assert_pair(Distorted, [40.0, 20.0, 90.0, 300.0], [40.0, 20.0, 90.0, 300.0]);
+        assert_pair(Distorted, [40.0, 20.0, 45.0, 200.0], [40.0, 20.0, 65.0, 200.0]);
+        // Without incidence nothing is distorted.
+        assert_pair(Distorted, [0.0, 0.0, 45.0, 200.0], [0.0, 0.0, 45.0, 200.0]);
+    }
+}
