@@ -30,6 +30,7 @@ mod physics;
 mod properties;
 mod recovery;
 mod reference;
+mod rgl;
 #[cfg(feature = "images")]
 mod scene;
 mod ssdd;

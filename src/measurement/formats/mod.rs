@@ -13,6 +13,7 @@ mod mwir;
 mod named_columns;
 mod nist;
 mod resampling;
+mod rgl;
 mod specular;
 mod ssdd;
 mod tabulated;
@@ -33,6 +34,7 @@ use std::path::Path;
 /// Every format, the most easily recognised first.
 pub const REGISTRY: &[Format] = &[
     merl::FORMAT,
+    rgl::FORMAT,
     zemax::FORMAT,
     ssdd::FORMAT,
     alta::FORMAT,
