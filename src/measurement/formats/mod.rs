@@ -118,7 +118,8 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
         .rev()
         .max_by_key(|(confidence, _)| *confidence);
     best.map(|(_, format)| format).ok_or_else(|| {
-        let summaries: Vec<&str> = REGISTRY.iter().map(|format| format.summary).collect();
+        let names: Vec<&str> = REGISTRY.iter().map(|format| format.name).collect();
+        let expected = format!("a measurement in one of the formats {}", names.join(", "));
         let head = file.head(4096);
         let found = if file::is_utf16(head) {
             "text in UTF-16".to_owned()
@@ -132,6 +133,6 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
             content
                 .map_or_else(|| "nothing but blank lines and comments at its beginning".to_owned(), excerpt)
         };
-        Error::malformed(file.path, Place::File, summaries.join(" or "), found)
+        Error::malformed(file.path, Place::File, expected, found)
     })
 }

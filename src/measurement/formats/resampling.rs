@@ -52,7 +52,8 @@ pub fn resampling(bytes: &[u8], format: &Format, subject: &Subject<'_>) -> Resul
         }
     };
     let wanted: Vec<Vec<f64>> = wanted;
-    if read.values.len() != wanted.len() {
+    // A format that needs three channels repeats the only one.
+    if read.values.len() < wanted.len() || (wanted.len() > 1 && read.values.len() > wanted.len()) {
         return Ok(None);
     }
     let found = same_samples(&read.directions, &pairs).then(|| read.values.clone());
