@@ -3,6 +3,8 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::float_cmp, clippy::cast_precision_loss)]
 
 mod alta;
+#[cfg(feature = "images")]
+mod exr_slice;
 mod published_tables;
 
 use crate::common::{CELLS, Folder, merl_filled, merl_header, shared};

@@ -52,6 +52,8 @@ fn every_cut_and_every_damaged_byte() {
         ("alta", "intervals.alta"),
         ("tables", "ptfe.csv"),
         ("tables", "metals.csv"),
+        ("exr", "plain.exr"),
+        ("exr", "small.exr"),
         ("merl", "cells.binary"),
         ("zemax", "plain.bsdf"),
         ("zemax", "xyz.bsdf"),

@@ -273,7 +273,6 @@ fn headers_do_not_decide_about_memory() {
 fn measured_files_of_other_formats_are_refused() {
     for name in [
         "rgl/paper_white_rgb.bsdf",
-        "merl-slices/red-fabric-slice.exr",
         "nbrdf/merl.npz",
         "nist-strd/Gauss1.dat",
         "published/published_params.csv",

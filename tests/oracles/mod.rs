@@ -12,7 +12,7 @@ use brdfit::fit::{Options, evaluate};
 use brdfit::geometry::Azimuths;
 use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::csv::write as write_csv;
-use brdfit::measurement::formats::{BinPosition, File, ReadOptions, directions_of, read_file};
+use brdfit::measurement::formats::{BinPosition, File, ReadOptions, directions_of, named, read_file};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, SettingTexts};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, table};
@@ -29,6 +29,7 @@ pub const TARGETS: &[Target] = &[
     ("cornell", cornell),
     ("alta", alta),
     ("tables", tables),
+    ("exr", exr),
     ("merl", merl),
     ("zemax", zemax),
     ("ssdd", ssdd),
@@ -164,6 +165,18 @@ pub fn tables(bytes: &[u8]) {
             assert!(m.directions.iter().all(|g| g.cos_i() > 0.0 && g.cos_o() > 0.0));
             check_round_trip(&m);
         }
+    }
+}
+
+/// Slices as OpenEXR images, in builds that read these.
+pub fn exr(bytes: &[u8]) {
+    if named("exr").is_err() {
+        return;
+    }
+    if let Some(m) = read(bytes, Some("exr")) {
+        assert_eq!(m.channels.len(), 3);
+        assert!(m.directions.iter().all(|g| (g.cos_i() - g.cos_o()).abs() < 1e-12));
+        check_round_trip(&m);
     }
 }
 

@@ -5,6 +5,8 @@
 mod alta;
 mod cornell;
 pub mod csv;
+#[cfg(feature = "images")]
+mod exr_slice;
 mod fields;
 mod file;
 mod format;
@@ -37,6 +39,8 @@ pub const REGISTRY: &[Format] = &[
     rgl::FORMAT,
     zemax::FORMAT,
     ssdd::FORMAT,
+    #[cfg(feature = "images")]
+    exr_slice::FORMAT,
     alta::FORMAT,
     cornell::FORMAT,
     nist::FORMAT,
