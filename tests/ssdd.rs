@@ -279,6 +279,50 @@ fn a_measurement_keeps_its_values() {
     }
 }
 
+/// So does one whose samples are a table about the normal, with or without a grain.
+#[test]
+fn a_table_about_the_normal_keeps_its_values() {
+    for isotropic in [true, false] {
+        let azimuths = if isotropic { vec![40.0] } else { vec![0.0, 40.0, 100.0] };
+        let mut angles = Vec::new();
+        for theta_i in [0.0, 20.0, 65.0] {
+            for phi_i in &azimuths {
+                for theta_o in [0.0, 30.0, 77.5] {
+                    for phi in [0.0, 15.0, 90.0, 180.0] {
+                        angles.push([theta_i, *phi_i, theta_o, if isotropic { phi + phi_i } else { phi }]);
+                    }
+                }
+            }
+        }
+        let directions = Directions::from_degrees(angles).unwrap();
+        let f = |pair: &Pair| {
+            if isotropic { (pair.wi + pair.wo).z + pair.wi.dot(pair.wo) } else { lopsided(pair) }
+        };
+        let values: Vec<f64> =
+            directions.iter().map(|g| f(&Pair { wi: g.wi.into(), wo: g.wo.into() })).collect();
+        let m = Measurement::new(directions, [("f", values)]).unwrap();
+        let at = |pairs: &[Pair]| vec![pairs.iter().map(f).collect()];
+        let subject = Subject {
+            channels: &m.channels,
+            at: &at,
+            measurement: Some(&m),
+            isotropic,
+            about: "",
+            grid: None,
+        };
+        let file = written(&subject);
+        let text = String::from_utf8(file.bytes.clone()).unwrap();
+        assert!(text.contains("PARAM_TYPE spherical_coordinate_system\n"), "{text}");
+        assert!(text.contains("PARAM0_LIST 0 20 65\n") && text.contains("PARAM2_LIST 0 30 77.5\n"));
+        assert!(text.contains("PARAM3_LIST 0 15 90 180\n"), "{text}");
+        let again = parsed(&file.bytes);
+        for (index, pair) in pairs(&again).iter().enumerate() {
+            assert_relative_eq!(again.values[0][index], f(pair), max_relative = 1e-7);
+        }
+        assert_eq!(again.total(), m.total());
+    }
+}
+
 /// Lambert in a table that is too large for text.
 #[test]
 fn large_tables_are_binary() {

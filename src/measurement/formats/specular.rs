@@ -116,52 +116,25 @@ impl SpecularGrid {
     }
 
     /// The angles of samples that form such a table; `None` if they do not.
-    fn of_samples(measurement: &Measurement, isotropic: bool) -> Option<Self> {
-        let mut grid = Self::default();
-        for geometry in measurement.directions.iter() {
-            let (wi, wo) = (DVec3::from(geometry.wi), DVec3::from(geometry.wo));
-            let sin_i = wi.x.hypot(wi.y);
-            let theta_i = sin_i.atan2(wi.z);
-            // The light at the normal has no azimuth.
-            let phi_i = if sin_i < 1e-9 { 0.0 } else { wi.y.atan2(wi.x) };
-            let frame = Frame::new(theta_i, phi_i);
+    pub(super) fn of_samples(measurement: &Measurement, isotropic: bool) -> Option<Self> {
+        let [rotations, incidences, azimuths, radials] = lists_of(measurement, |wi, wo| {
+            let (theta_i, phi_i) = polar(wi);
+            let frame = Frame::new(theta_i, phi_i.unwrap_or_default());
             let (x, y) = (wo.dot(frame.up), wo.dot(frame.across));
-            let radial = x.hypot(y).atan2(wo.dot(frame.mirror)).to_degrees();
-            grid.incidences.push(theta_i.to_degrees());
-            grid.radials.push(radial);
-            // Neither has the mirror direction.
-            if radial > SAME_DEG && radial < 180.0 - SAME_DEG {
-                let azimuth = y.atan2(x);
-                grid.azimuths
-                    .push(if isotropic { azimuth.abs() } else { azimuth.rem_euclid(TAU) }.to_degrees());
-            }
-            if !isotropic && sin_i >= 1e-9 {
-                grid.rotations.push(phi_i.rem_euclid(TAU).to_degrees());
-            }
-            for list in [&mut grid.incidences, &mut grid.radials, &mut grid.azimuths, &mut grid.rotations] {
-                if list.len() > 4096 {
-                    *list = sorted(std::mem::take(list));
-                }
-                // No table has as many angles of one kind.
-                if list.len() > 4000 {
-                    return None;
-                }
-            }
-        }
-        let Self { incidences, radials, mut azimuths, mut rotations } = grid;
-        for list in [&mut azimuths, &mut rotations] {
-            if list.is_empty() {
-                list.push(0.0);
-            }
-        }
-        let [incidences, radials, azimuths, rotations] =
-            [incidences, radials, azimuths, rotations].map(sorted);
-        let places = [&incidences, &radials, &azimuths, &rotations]
-            .iter()
-            .try_fold(1_usize, |product, list| product.checked_mul(list.len()))?;
-        let worth = places <= MOST_EMPTY.checked_mul(measurement.directions.len())?;
+            let radial = x.hypot(y).atan2(wo.dot(frame.mirror));
+            // The mirror direction has no azimuth.
+            let azimuth = (radial.sin() > SAME_DEG.to_radians()).then(|| y.atan2(x));
+            let azimuth = azimuth.map(|a| if isotropic { a.abs() } else { a.rem_euclid(TAU) });
+            let rotation = phi_i.filter(|_| !isotropic).map(|phi| phi.rem_euclid(TAU));
+            [rotation, Some(theta_i), azimuth, Some(radial)]
+        })?;
         // A scan in the plane of incidence is no table of the hemisphere.
-        (worth && azimuths.len() > 2).then_some(Self { rotations, incidences, azimuths, radials })
+        (azimuths.len() > 2).then_some(Self { rotations, incidences, azimuths, radials })
+    }
+
+    /// The number of places of the table.
+    pub(super) fn places(&self) -> usize {
+        [&self.rotations, &self.incidences, &self.azimuths, &self.radials].map(Vec::len).iter().product()
     }
 
     /// The pairs of directions at one azimuth and angle of incidence, and the place of each among all azimuths and radial angles, the
@@ -177,8 +150,40 @@ impl SpecularGrid {
     }
 }
 
+/// The lists of angles in degrees of samples that form a table, given the four angles of a sample in radians, `None` where a sample has
+/// any; `None` if they do not form a table.
+pub(super) fn lists_of(
+    measurement: &Measurement,
+    angles: impl Fn(DVec3, DVec3) -> [Option<f64>; 4],
+) -> Option<[Vec<f64>; 4]> {
+    /// The largest number of angles of one kind that a table has.
+    const MOST: usize = 4000;
+    let mut lists = [const { Vec::new() }; 4];
+    for geometry in measurement.directions.iter() {
+        let found = angles(geometry.wi.into(), geometry.wo.into());
+        for (list, angle) in lists.iter_mut().zip(found) {
+            list.extend(angle.map(f64::to_degrees));
+            if list.len() > 2 * MOST {
+                *list = sorted(std::mem::take(list));
+            }
+            if list.len() > 2 * MOST - 1 {
+                return None;
+            }
+        }
+    }
+    let lists = lists.map(|list| if list.is_empty() { vec![0.0] } else { sorted(list) });
+    let places = lists.iter().try_fold(1_usize, |product, list| product.checked_mul(list.len()))?;
+    (places <= MOST_EMPTY.checked_mul(measurement.directions.len())?).then_some(lists)
+}
+
+/// The polar angle of a direction, and its azimuth unless it is at the normal; radians.
+pub(super) fn polar(direction: DVec3) -> (f64, Option<f64>) {
+    let sin = direction.x.hypot(direction.y);
+    (sin.atan2(direction.z), (sin > 1e-9).then(|| direction.y.atan2(direction.x)))
+}
+
 /// Adds 360 degrees to angles that go round from 0.
-fn close(angles: &mut Vec<f64>, was_closed: bool) {
+pub(super) fn close(angles: &mut Vec<f64>, was_closed: bool) {
     if let [first, _, .., last] = angles.as_slice()
         && *first == 0.0
         && (was_closed || *last > 180.0)
@@ -188,7 +193,7 @@ fn close(angles: &mut Vec<f64>, was_closed: bool) {
 }
 
 /// Angles in ascending order, each once, without the noise of rounding.
-fn sorted(mut angles: Vec<f64>) -> Vec<f64> {
+pub(super) fn sorted(mut angles: Vec<f64>) -> Vec<f64> {
     angles.sort_by(f64::total_cmp);
     angles.dedup_by(|b, a| *b - *a < SAME_DEG);
     // An angle just below a whole turn is 0.

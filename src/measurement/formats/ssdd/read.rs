@@ -238,8 +238,8 @@ impl Block {
     /// The samples of the table, which are only counted if they are not kept.
     fn table(&self, text: &mut Text<'_, '_, '_>, keep: bool) -> Result<Tabulated, Error> {
         let channels = self.channels.len();
-        let sizes = self.lists.iter().take(4).map(Vec::len).chain([channels]);
-        let numbers = sizes.fold(Some(1_usize), |product, size| product?.checked_mul(size));
+        let mut sizes = self.lists.iter().take(4).map(Vec::len).chain([channels]);
+        let numbers = sizes.try_fold(1_usize, usize::checked_mul);
         // A number takes four bytes, or a digit and a blank; the last blank may be missing.
         let room = if self.binary { text.rest.len() / 4 } else { text.rest.len().div_ceil(2) };
         if numbers.is_none_or(|numbers| numbers > room) {

@@ -3,68 +3,75 @@
 use super::parameters::Parameters;
 use crate::error::{Error, excerpt, listed};
 use crate::geometry::Pair;
-use crate::measurement::formats::specular::SpecularGrid;
-use crate::measurement::formats::writing::{Subject, Written};
+use crate::measurement::Measurement;
+use crate::measurement::formats::specular::{LEAST_COSINE, SpecularGrid, close, lists_of, polar, sorted};
+use crate::measurement::formats::writing::{AngleGrid, Subject, Written};
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 /// The largest table that is written as text, in numbers.
 const MOST_TEXT: usize = 200_000;
+/// Number of places that are evaluated at a time.
+const PIECE: usize = 1 << 16;
 
 pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
     let colours = Colours::of(subject)?;
-    let grid = SpecularGrid::of(subject);
+    let table = Table::of(subject);
     let mut losses = Vec::new();
     if subject.measurement.is_some_and(|measurement| measurement.sigma.is_some()) {
         losses.push("an SSDD file has no standard deviations".to_owned());
     }
+    let [first, second, third, fourth] = &table.lists;
+    let list = |angles: &[f64]| angles.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
     let mut text = format!("VERSION 0.3\nSOFTWARE brdfit-{}\n\nDATA_TYPE brdf\n", env!("CARGO_PKG_VERSION"));
     let _ = writeln!(text, "COLOR_MODEL {}", colours.model);
-    let list = |angles: &[f64]| angles.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ");
     if !colours.wavelengths.is_empty() {
         let _ = writeln!(text, "WAVELENGTH_LIST {}", list(&colours.wavelengths));
     }
-    let _ = writeln!(text, "PARAM_TYPE {}", Parameters::Specular.name());
+    let _ = writeln!(text, "PARAM_TYPE {}", table.parameters.name());
     if subject.isotropic {
         let _ = writeln!(text, "REDUCTION_TYPE bilateral_symmetry");
     }
-    let _ = writeln!(text, "PARAM0_LIST {}", list(&grid.incidences));
+    let _ = writeln!(text, "PARAM0_LIST {}", list(first));
     if !subject.isotropic {
-        let _ = writeln!(text, "PARAM1_LIST {}", list(&grid.rotations));
+        let _ = writeln!(text, "PARAM1_LIST {}", list(second));
     }
-    let _ = writeln!(text, "PARAM2_LIST {}\nPARAM3_LIST {}", list(&grid.radials), list(&grid.azimuths));
+    let _ = writeln!(text, "PARAM2_LIST {}\nPARAM3_LIST {}", list(third), list(fourth));
     let about = subject.about.replace(char::is_control, " ");
     if !about.trim().is_empty() {
         let _ = writeln!(text, "NAME {}", about.trim());
     }
     let source = if subject.measurement.is_some() { "measured" } else { "generated" };
-    let _ = writeln!(text, "SOURCE_TYPE {source}");
+    let places = table.places();
+    let binary = places.len().saturating_mul(colours.order.len()) > MOST_TEXT;
+    let _ = writeln!(text, "SOURCE_TYPE {source}\nDATA {}", if binary { "binary" } else { "ascii" });
 
-    let blocks = blocks(subject, &grid, &colours.order)?;
-    let numbers = blocks.iter().map(|block| block.iter().map(Vec::len).sum::<usize>()).sum::<usize>();
-    let mut bytes = Vec::new();
-    let binary = numbers > MOST_TEXT;
-    let _ = writeln!(text, "DATA {}", if binary { "binary" } else { "ascii" });
-    let places = grid.azimuths.len() * grid.radials.len();
-    // The blocks are by azimuth and angle of incidence of the light, which are the fastest in the file; in a block the radial angle is the
-    // fastest.
-    for azimuth in 0..grid.azimuths.len() {
-        for radial in 0..grid.radials.len() {
-            let place = azimuth * grid.radials.len() + radial;
-            debug_assert!(place < places);
-            for block in &blocks {
-                let colour = block.iter().filter_map(|row| row.get(place)).copied();
-                if binary {
-                    colour.for_each(|value| bytes.extend(single(value).to_le_bytes()));
-                } else {
-                    let words: Vec<String> = colour.map(|value| format!("{value:.7e}")).collect();
-                    let _ = writeln!(text, "{}", words.join(" "));
-                }
+    let mut bytes = text.into_bytes();
+    for places in places.chunks(PIECE) {
+        let pairs: Vec<Pair> = places.iter().flatten().copied().collect();
+        let values = (subject.at)(&pairs);
+        if values.iter().flatten().any(|f| !f.is_finite()) {
+            return Err(Error::invalid("values", "finite values", "NaN or infinity"));
+        }
+        let mut at = 0;
+        for place in places {
+            // f = 0 below the horizon.
+            let value = |channel: &usize| {
+                let value = place.and_then(|_| values.get(*channel)).and_then(|row| row.get(at));
+                value.copied().unwrap_or_default()
+            };
+            let colour = colours.order.iter().map(value);
+            if binary {
+                colour.for_each(|value| bytes.extend(single(value).to_le_bytes()));
+            } else {
+                let words: Vec<String> = colour.map(|value| format!("{value:.7e}")).collect();
+                bytes.extend(words.join(" ").into_bytes());
+                bytes.push(b'\n');
             }
+            at += usize::from(place.is_some());
         }
     }
-    let mut file = text.into_bytes();
-    file.append(&mut bytes);
-    Ok(Written { bytes: file, losses })
+    Ok(Written { bytes, losses })
 }
 
 /// A value as a 32-bit float, the largest one if it is larger.
@@ -73,29 +80,89 @@ fn single(value: f64) -> f32 {
     value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }
 
-/// The values by azimuth and angle of incidence of the light, the latter faster; of each, the channels in their order in the file, with a
-/// value per place of the grid, 0 below the horizon.
-fn blocks(subject: &Subject<'_>, grid: &SpecularGrid, order: &[usize]) -> Result<Vec<Vec<Vec<f64>>>, Error> {
-    let mut blocks = Vec::new();
-    for rotation in &grid.rotations {
-        for incidence in &grid.incidences {
-            let places = grid.above_horizon(*rotation, *incidence);
-            let pairs: Vec<Pair> = places.iter().flatten().copied().collect();
-            let values = (subject.at)(&pairs);
-            let mut block = Vec::new();
-            for channel in order {
-                let row = values.get(*channel).map(Vec::as_slice).unwrap_or_default();
-                if row.iter().any(|f| !f.is_finite()) {
-                    let found = format!("NaN or infinity at incidence {incidence}");
-                    return Err(Error::invalid("values", "finite values", found));
-                }
-                let mut row = row.iter().copied();
-                block.push(places.iter().map(|p| p.and_then(|_| row.next()).unwrap_or_default()).collect());
+/// The angles at which a BRDF is written.
+struct Table {
+    parameters: Parameters,
+    /// The four lists, degrees.
+    lists: [Vec<f64>; 4],
+}
+
+impl Table {
+    /// A table about the normal at the angles that the user gave; or else of the samples of a measurement, about the normal or the mirror
+    /// direction, whichever has them with fewer places; or else dense at the mirror direction.
+    fn of(subject: &Subject<'_>) -> Self {
+        if let Some(given) = subject.grid.filter(|g| !(g.theta_o_deg.is_empty() && g.phi_deg.is_empty())) {
+            return Self::given(given, subject.isotropic);
+        }
+        let own = subject.measurement.filter(|_| subject.grid.is_none());
+        let spherical = own.and_then(|measurement| Self::spherical(measurement, subject.isotropic));
+        let specular = own.and_then(|measurement| SpecularGrid::of_samples(measurement, subject.isotropic));
+        match (spherical, specular) {
+            (Some(table), specular) if specular.as_ref().is_none_or(|grid| table.size() <= grid.places()) => {
+                table
             }
-            blocks.push(block);
+            _ => {
+                let SpecularGrid { rotations, incidences, azimuths, radials } = SpecularGrid::of(subject);
+                Self { parameters: Parameters::Specular, lists: [incidences, rotations, radials, azimuths] }
+            }
         }
     }
-    Ok(blocks)
+
+    fn size(&self) -> usize {
+        self.lists.iter().map(Vec::len).product()
+    }
+
+    fn given(given: &AngleGrid, isotropic: bool) -> Self {
+        let steps = |step: u32, last: u32| (0..=last / step).map(|k| f64::from(k * step)).collect::<Vec<_>>();
+        let or = |list: &[f64], other: Vec<f64>| if list.is_empty() { other } else { list.to_vec() };
+        let phi_i = if isotropic { vec![0.0] } else { or(&given.phi_i_deg, steps(30, 330)) };
+        let phi = or(&given.phi_deg, steps(10, if isotropic { 180 } else { 350 }));
+        let lists = [or(&given.theta_i_deg, steps(5, 85)), phi_i, or(&given.theta_o_deg, steps(5, 85)), phi];
+        Self::about_normal(lists, isotropic)
+    }
+
+    /// The angles of samples that form a table about the normal; `None` if they do not.
+    fn spherical(measurement: &Measurement, isotropic: bool) -> Option<Self> {
+        let lists = lists_of(measurement, |wi, wo| {
+            let ((theta_i, phi_i), (theta_o, phi_o)) = (polar(wi), polar(wo));
+            // Isotropic tables have the light at azimuth 0, and at the normal the viewer may be anywhere.
+            let turned = phi_o.map(|phi| if isotropic { phi - phi_i.unwrap_or(phi) } else { phi });
+            [Some(theta_i), phi_i.filter(|_| !isotropic), Some(theta_o), turned]
+                .map(|angle| angle.map(|a| a.rem_euclid(TAU)))
+        })?;
+        Some(Self::about_normal(lists, isotropic))
+    }
+
+    fn about_normal(lists: [Vec<f64>; 4], isotropic: bool) -> Self {
+        let [theta_i, phi_i, theta_o, phi] = lists;
+        let turned = |list: Vec<f64>| sorted(list.into_iter().map(|angle| angle.rem_euclid(360.0)).collect());
+        let [mut phi_i, mut phi] = [phi_i, phi].map(turned);
+        if isotropic {
+            phi = sorted(phi.into_iter().map(|angle: f64| angle.min(360.0 - angle)).collect());
+        } else {
+            close(&mut phi_i, false);
+            close(&mut phi, false);
+        }
+        let lists = [sorted(theta_i), phi_i, sorted(theta_o), phi];
+        Self { parameters: Parameters::Spherical, lists }
+    }
+
+    /// The pairs of directions in the order of the file, `None` below the horizon.
+    fn places(&self) -> Vec<Option<Pair>> {
+        let [first, second, third, fourth] = &self.lists;
+        let mut places = Vec::new();
+        for d in fourth {
+            for c in third {
+                for b in second {
+                    places.extend(first.iter().map(|a| {
+                        let pair = self.parameters.pair([*a, *b, *c, *d], 0.0);
+                        (pair.wi.z > LEAST_COSINE && pair.wo.z > LEAST_COSINE).then_some(pair)
+                    }));
+                }
+            }
+        }
+        places
+    }
 }
 
 /// How the channels are called in a file.
