@@ -305,6 +305,7 @@ fn a_table_about_the_normal_keeps_its_values() {
         let subject = Subject {
             channels: &m.channels,
             at: &at,
+            covered: &everywhere,
             measurement: Some(&m),
             isotropic,
             about: "",
