@@ -43,7 +43,7 @@ impl<'a> File<'a> {
         let length = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|meta| meta.len());
         let opened = Self::new(path, file)?;
         // The length of a compressed file is not that of its content.
-        let length = if matches!(opened.hash, Hash::OfPacked(_)) { None } else { length };
+        let length = if opened.hash.is_of_packed() { None } else { length };
         Ok(Self { length, ..opened })
     }
 
@@ -61,7 +61,7 @@ impl<'a> File<'a> {
         let packed = Hashed { inner: std::io::Cursor::new(head).chain(content), hash: Arc::clone(&hash) };
         let mut unpacked = Limited { inner: MultiGzDecoder::new(packed), left: MOST_UNPACKED };
         let mut head = Vec::new();
-        unpacked.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(Error::read(path))?;
+        unpacked.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(unreadable(path, true))?;
         Ok(Self { path, head, rest: Box::new(unpacked), hash: Hash::OfPacked(hash), length: None })
     }
 
@@ -102,7 +102,7 @@ impl<'a> File<'a> {
             checked += valid;
             let before = bytes.len();
             let piece = self.rest.by_ref().take(TEXT_PIECE).read_to_end(&mut bytes);
-            piece.map_err(Error::read(self.path))?;
+            piece.map_err(unreadable(self.path, self.hash.is_of_packed()))?;
             if bytes.len() == before {
                 break;
             }
@@ -145,12 +145,13 @@ impl<'a> File<'a> {
         mut take: impl FnMut(&[u64]) + Send,
     ) -> Result<u64, Error> {
         let Self { path, head, rest, hash, .. } = self;
+        let unreadable = unreadable(path, hash.is_of_packed());
         let (before, begun) = head.split_at_checked(offset).unwrap_or((head, &[]));
         hash.update(before);
         let mut length = count(before.len());
         let mut source = begun.chain(rest).take(most.saturating_add(1).saturating_sub(length));
         let mut current = vec![0; piece];
-        let mut filled = fill(&mut source, &mut current).map_err(Error::read(path))?;
+        let mut filled = fill(&mut source, &mut current).map_err(&unreadable)?;
         // A piece that is not full is the last one.
         let mut next = vec![0; if filled < size_of_val(current.as_slice()) { 0 } else { piece }];
         while filled > 0 {
@@ -162,7 +163,7 @@ impl<'a> File<'a> {
                     fill(&mut source, &mut next)
                 },
             );
-            filled = read.map_err(Error::read(path))?;
+            filled = read.map_err(&unreadable)?;
             std::mem::swap(&mut current, &mut next);
         }
         Ok(length)
@@ -177,7 +178,11 @@ impl<'a> File<'a> {
     pub fn bytes(&mut self, most: u64) -> Result<Vec<u8>, Error> {
         let mut bytes = std::mem::take(&mut self.head);
         let left = most.saturating_add(1).saturating_sub(count(bytes.len()));
-        self.rest.by_ref().take(left).read_to_end(&mut bytes).map_err(Error::read(self.path))?;
+        self.rest
+            .by_ref()
+            .take(left)
+            .read_to_end(&mut bytes)
+            .map_err(unreadable(self.path, self.hash.is_of_packed()))?;
         if count(bytes.len()) > most {
             let expected = format!("at most {most} bytes");
             return Err(Error::malformed(self.path, Place::Byte(most), expected, "more"));
@@ -197,6 +202,17 @@ impl<'a> File<'a> {
     }
 }
 
+/// The error for a file that cannot be read, or if it is compressed, not be unpacked.
+fn unreadable(path: &Path, packed: bool) -> impl Fn(std::io::Error) -> Error {
+    move |error| {
+        if !packed {
+            return Error::read(path)(error);
+        }
+        let expected = format!("data compressed by gzip, at most {} GiB once unpacked", MOST_UNPACKED >> 30);
+        Error::malformed(path, Place::File, expected, error.to_string())
+    }
+}
+
 /// The hash of a file.
 enum Hash {
     /// Of the bytes as they are read.
@@ -212,6 +228,10 @@ impl Default for Hash {
 }
 
 impl Hash {
+    fn is_of_packed(&self) -> bool {
+        matches!(self, Self::OfPacked(_))
+    }
+
     fn update(&mut self, bytes: &[u8]) {
         if let Self::OfContent(hash) = self {
             hash.update(bytes);
