@@ -5,6 +5,7 @@
 mod alta;
 #[cfg(feature = "images")]
 mod exr_slice;
+mod npz;
 mod published_tables;
 
 use crate::common::{CELLS, Folder, merl_filled, merl_header, shared};

@@ -54,6 +54,8 @@ fn every_cut_and_every_damaged_byte() {
         ("tables", "metals.csv"),
         ("exr", "plain.exr"),
         ("exr", "small.exr"),
+        ("npz", "rgb.npz"),
+        ("npz", "sigma.npz"),
         ("merl", "cells.binary"),
         ("zemax", "plain.bsdf"),
         ("zemax", "xyz.bsdf"),

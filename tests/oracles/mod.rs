@@ -12,7 +12,9 @@ use brdfit::fit::{Options, evaluate};
 use brdfit::geometry::Azimuths;
 use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::csv::write as write_csv;
-use brdfit::measurement::formats::{BinPosition, File, ReadOptions, directions_of, named, read_file};
+use brdfit::measurement::formats::{
+    BinPosition, File, ReadOptions, Subject, directions_of, named, read_file,
+};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, SettingTexts};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, table};
@@ -29,6 +31,7 @@ pub const TARGETS: &[Target] = &[
     ("cornell", cornell),
     ("alta", alta),
     ("tables", tables),
+    ("npz", npz),
     ("exr", exr),
     ("merl", merl),
     ("zemax", zemax),
@@ -165,6 +168,27 @@ pub fn tables(bytes: &[u8]) {
             assert!(m.directions.iter().all(|g| g.cos_i() > 0.0 && g.cos_o() > 0.0));
             check_round_trip(&m);
         }
+    }
+}
+
+/// Named arrays of NumPy: what is read is read again from what is written of it.
+pub fn npz(bytes: &[u8]) {
+    let Some(m) = read(bytes, Some("npz")) else { return };
+    let subject = Subject {
+        channels: &m.channels,
+        at: &|_| Vec::new(),
+        covered: &brdfit::measurement::formats::everywhere,
+        measurement: Some(&m),
+        isotropic: false,
+        about: "a case",
+        grid: None,
+    };
+    let write = named("npz").ok().and_then(|format| format.write).expect("a format that is written");
+    let written = write(&subject).expect("finite numbers can be written").bytes;
+    let again = read(&written, Some("npz")).expect("what was written");
+    // A direction at the horizon may be left out after rounding.
+    if again.directions.len() == m.directions.len() {
+        assert_eq!((again.channels, again.values, again.sigma), (m.channels, m.values, m.sigma));
     }
 }
 

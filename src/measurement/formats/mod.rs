@@ -14,6 +14,7 @@ pub mod merl;
 mod mwir;
 mod named_columns;
 mod nist;
+mod npz;
 mod resampling;
 mod rgl;
 mod specular;
@@ -41,6 +42,7 @@ pub const REGISTRY: &[Format] = &[
     ssdd::FORMAT,
     #[cfg(feature = "images")]
     exr_slice::FORMAT,
+    npz::FORMAT,
     alta::FORMAT,
     cornell::FORMAT,
     nist::FORMAT,
