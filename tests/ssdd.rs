@@ -1,6 +1,11 @@
 //! SSDD: the examples of its specification, files written by hand in every parameterisation, and what is written and read again.
 
-#![allow(clippy::print_stdout, clippy::float_cmp)]
+#![allow(
+    clippy::print_stdout,
+    clippy::float_cmp,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation
+)]
 
 use crate::common::shared;
 use approx::{assert_abs_diff_eq, assert_relative_eq};
@@ -35,6 +40,7 @@ fn pairs(m: &Measurement) -> Vec<Pair> {
 
 /// Both examples of the specification, with comments in the tables.
 #[test]
+#[allow(clippy::approx_constant, reason = "the example has four digits of 1/pi")]
 fn examples_of_the_specification() {
     let lambert = "VERSION 0.2\n\nDATA_TYPE brdf\nCOLOR_MODEL monochrome\nPARAM_TYPE spherical_coordinate_system\n\
                    PARAM0_LIST 0\nPARAM2_LIST 0\nPARAM3_LIST 0\nDATA ascii\n0.3183\n";
@@ -96,7 +102,7 @@ fn independent(system: &str, [a, b, c, d]: [f64; 4]) -> Pair {
             let at = from.lerp(to, c / (PI / 2.0));
             Pair { wi, wo: turn(at.length(), at.y.atan2(at.x), DVec3::Z) }
         }
-        _ => unreachable!("{system}"),
+        _ => panic!("{system}"),
     }
 }
 

@@ -1,6 +1,6 @@
 //! UTIA's tables, on files made by an independent writer.
 
-#![allow(clippy::float_cmp)]
+#![allow(clippy::float_cmp, clippy::cast_precision_loss, clippy::cast_possible_truncation)]
 
 use crate::common::Folder;
 use approx::assert_relative_eq;

@@ -1,6 +1,11 @@
 //! Zemax's tabular BSDF against a measured file, against what integrals and reciprocity say, and written and read again.
 
-#![allow(clippy::print_stdout, clippy::float_cmp)]
+#![allow(
+    clippy::print_stdout,
+    clippy::float_cmp,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation
+)]
 
 use crate::common::shared;
 use approx::{assert_abs_diff_eq, assert_relative_eq};

@@ -35,7 +35,7 @@ impl Tabulated {
         if unmeasured(sample) {
             return self.drop("not-measured");
         }
-        // Directions that differ by rounding only have the same key, or none of their copies is found.
+        // Rounded, so that directions that differ only in their last digits are one.
         let key = [pair.wi.x, pair.wi.y, pair.wi.z, pair.wo.x, pair.wo.y, pair.wo.z];
         let first =
             *self.seen.entry(key.map(|x| ((x * 1e9).round() + 0.0).to_bits())).or_insert(self.pairs.len());

@@ -31,7 +31,7 @@ impl Parameters {
         }
     }
 
-    /// Whether the list of this number may contain an angle in degrees, or the largest that it may contain.
+    /// Checks an angle in degrees of the list of this number. The error is the largest angle that it may contain.
     pub(super) fn check(self, list: usize, angle: f64) -> Result<(), f64> {
         let most = match list {
             0 => 90.0,
