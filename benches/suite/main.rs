@@ -32,6 +32,7 @@ mod inputs;
 mod machine;
 mod passes;
 mod process;
+mod reading;
 mod scaling;
 mod stages;
 mod timing;
@@ -47,7 +48,7 @@ use timing::Effort;
 type Section = fn(&Setup) -> String;
 
 /// The sections in the order in which they are run and stand in the document.
-const SECTIONS: [(&str, Section); 13] = [
+const SECTIONS: [(&str, Section); 14] = [
     ("machine", machine::describe),
     ("whole fits", fits::whole_fits),
     ("baseline", fits::baseline),
@@ -61,6 +62,7 @@ const SECTIONS: [(&str, Section); 13] = [
     ("threads", scaling::threads),
     ("spectral", fits::spectral),
     ("database", database::table),
+    ("reading", reading::table),
 ];
 
 /// Measures what everything costs.
