@@ -153,6 +153,10 @@ MATERIALS = {
                 clearcoat=0.8, clearcoat_roughness=0.2,
             ),
         ),
+        Material(
+            "cloth", "gltf(sheen=charlie)",
+            own("gltf", base_color=PAINT, roughness=0.7, metallic=0.0, sheen=0.8, sheen_color=(1.0, 0.4, 0.7), sheen_roughness=0.4),
+        ),
     ],
     "materialx": [
         Material("dielectric", standard("dielectric"), own("standard-surface", base_color=PAINT, specular_roughness=0.4)),

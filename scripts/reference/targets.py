@@ -5,13 +5,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from mpmath import mpf, pi, sqrt
+from mpmath import exp, fabs, log, mpf, pi, sqrt
 
 from .diffuse import disney_diffuse, eon, fujii, qualitative
 from .distributions import DISTRIBUTIONS, numbers
 from .fresnel import conductor, dielectric_of_index, f82, schlick
 from .grid import Geometry
-from .openpbr import over, reflectance
+from .openpbr import STEP, over, reflectance
 from .shadowing import smith, smith_uncorrelated
 from .whole import Whole
 
@@ -48,6 +48,77 @@ def gltf(g: Geometry, roughness, strength, base_color, metallic, ior, specular, 
 
 def gltf_coated(g: Geometry, roughness, strength, coat_roughness, base_color, metallic, ior, specular, specular_color, coat):
     below = gltf(g, roughness, strength, base_color, metallic, ior, specular, specular_color)
+    return mix(below, lobe(g, coat_roughness**2, coat_roughness**2), coat * schlick(g.co, mpf("0.04")))
+
+
+# KHR_materials_sheen, "Implementation Notes", with the visibility "Charlie". The cosines in it are at least 2^-12, which the program
+# departs by. What the sheen sends back, E, is a quadrature in double precision: the program states four digits.
+
+LEAST_COSINE = mpf(2) ** -12
+
+
+def charlie_exponent(x, a):
+    """l(x)"""
+    t = (1 - a) ** 2
+    rows = (("21.5473", "25.3245"), ("3.82987", "3.32435"), ("0.19823", "0.16801"), ("-1.97760", "-1.27393"), ("-4.32054", "-4.85967"))
+    number = mpf if isinstance(a, mpf) else float
+    k = [mix(number(rough), number(smooth), t) for rough, smooth in rows]
+    return k[0] / (1 + k[1] * x ** k[2]) + k[3] * x + k[4]
+
+
+def charlie_lambda(c, a):
+    half = mpf(1) / 2
+    return exp(charlie_exponent(c, a)) if c < half else exp(2 * charlie_exponent(half, a) - charlie_exponent(1 - c, a))
+
+
+def charlie(g: Geometry, a):
+    ci, co = (max(c, LEAST_COSINE) for c in (g.ci, g.co))
+    power = 1 / (2 * a)
+    density = (2 + 1 / a) * g.sin2_h**power / (2 * pi)
+    return density / ((1 + charlie_lambda(ci, a) + charlie_lambda(co, a)) * 4 * ci * co)
+
+
+@lru_cache(maxsize=None)
+def charlie_albedo(cos: float, a: float) -> float:
+    """E: over all outgoing directions, in panels that get shorter towards the horizon and towards the direction opposite to the light."""
+    least = float(LEAST_COSINE)
+    cos = max(cos, least)
+
+    def of_cosine(c):
+        below, above = np.minimum(c, 0.5), np.maximum(c, 0.5)
+        upper = np.exp(2 * charlie_exponent(0.5, a) - charlie_exponent(1 - above, a))
+        return np.where(c < 0.5, np.exp(charlie_exponent(below, a)), upper)
+
+    edges = np.array([0, *2.0 ** np.arange(-12, 0), 0.7, 0.9, 0.98, 1])
+    co, width = (x.reshape(-1, 1) for x in over(edges[:-1], edges[1:], 1))
+    edges = np.pi * np.array([*(1 - 0.5 ** np.arange(14)), 1])
+    phi, turn = (x.reshape(1, -1) for x in over(edges[:-1], edges[1:], 1))
+    sin, so = np.sqrt(1 - cos * cos), np.sqrt(1 - co * co)
+    x, y, z = sin + so * np.cos(phi), so * np.sin(phi), cos + co
+    density = (2 + 1 / a) / (2 * np.pi) * ((x * x + y * y) / (x * x + y * y + z * z)) ** (0.5 / a)
+    seen = np.maximum(co, least)
+    visibility = 1 / ((1 + of_cosine(np.array(cos)) + of_cosine(seen)) * 4 * cos * seen)
+    return float(2 * (density * visibility * co * width * turn).sum())
+
+
+def below_charlie(g: Geometry, a, below, strength, color):
+    most = max(min(mpf(charlie_albedo(float(c), float(a))), 1) for c in (g.ci, g.co))
+    return strength * color * charlie(g, a) + (1 - strength * most) * below
+
+
+def charlie_log_factor(g: Geometry, a):
+    return fabs(log(g.sin2_h)) / (2 * a) if g.sin2_h > 0 else mpf(0)
+
+
+def gltf_sheen(g: Geometry, roughness, strength, sheen_roughness, base_color, metallic, ior, specular, specular_color, sheen, sheen_color):
+    below = gltf(g, roughness, strength, base_color, metallic, ior, specular, specular_color)
+    return below_charlie(g, sheen_roughness**2, below, sheen, sheen_color)
+
+
+def gltf_coated_sheen(
+    g: Geometry, roughness, strength, coat_roughness, sheen_roughness, base_color, metallic, ior, specular, specular_color, coat, sheen, sheen_color
+):
+    below = gltf_sheen(g, roughness, strength, sheen_roughness, base_color, metallic, ior, specular, specular_color, sheen, sheen_color)
     return mix(below, lobe(g, coat_roughness**2, coat_roughness**2), coat * schlick(g.co, mpf("0.04")))
 
 
@@ -103,7 +174,7 @@ def preview_specular(g: Geometry, roughness, coat_roughness, color, specular, io
 
 
 # standard_surface 1.0.1 of MaterialX 1.39.5, libraries/bxdf/standard_surface.mtlx with the GLSL of libraries/pbrlib/genglsl:
-# mx_{roughness_anisotropy, dielectric_bsdf, conductor_bsdf, artistic_ior, layer_bsdf}.glsl, lib/mx_microfacet_*.glsl.
+# mx_{roughness_anisotropy, dielectric_bsdf, conductor_bsdf, sheen_bsdf, artistic_ior, layer_bsdf}.glsl, lib/mx_microfacet_*.glsl.
 # wo is the direction of the viewer.
 
 
@@ -271,6 +342,34 @@ TARGETS = [
             ("0.2", 1, 1, 1, "0.04", 2, 0, 1, "0.5"), ("0.032", "0.3", "0.5", "0.9", 1, "1.5", 1, 1, 0),
         ),
         gltf_coated,
+    ),
+    Whole(
+        "gltf-sheen",
+        (
+            "roughness", "anisotropy_strength", "sheen_roughness", "base_color", "metallic", "ior", "specular", "specular_color", "sheen",
+            "sheen_color",
+        ),
+        numbers(
+            ("0.4", 0, "0.5", "0.2", "0.1", "1.5", 1, 1, "0.3", 1), ("0.1", "0.7", "0.3", "0.04", "0.5", "1.3", "0.5", "0.7", "0.9", "0.4"),
+            ("0.9", "0.2", "0.95", "0.9", "0.2", 2, "0.1", 1, 1, 1),
+        ),
+        gltf_sheen,
+        log_factor=lambda g, roughness, strength, sheen_roughness, *others: charlie_log_factor(g, sheen_roughness**2),
+        step=STEP,
+    ),
+    Whole(
+        "gltf-coated-sheen",
+        (
+            "roughness", "anisotropy_strength", "clearcoat_roughness", "sheen_roughness", "base_color", "metallic", "ior", "specular",
+            "specular_color", "clearcoat", "sheen", "sheen_color",
+        ),
+        numbers(
+            ("0.4", 0, "0.1", "0.5", "0.2", "0.1", "1.5", 1, 1, "0.5", "0.3", 1),
+            ("0.5", "0.3", "0.3", "0.25", "0.5", "0.04", "1.4", "0.9", "0.8", 1, "0.8", "0.6"),
+        ),
+        gltf_coated_sheen,
+        log_factor=lambda g, roughness, strength, coat_roughness, sheen_roughness, *others: charlie_log_factor(g, sheen_roughness**2),
+        step=STEP,
     ),
     Whole(
         "principled",

@@ -1,7 +1,7 @@
 //! glTF 2.0: a sphere with one material.
 //!
 //! Its specification: <https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html>, appendix B, and the extensions KHR_materials_ior,
-//! KHR_materials_specular, KHR_materials_anisotropy and KHR_materials_clearcoat. The report of the fit is among the extras of the
+//! KHR_materials_specular, KHR_materials_anisotropy, KHR_materials_clearcoat and KHR_materials_sheen. The report of the fit is among the extras of the
 //! material, from which `brdfit fit --init` reads it.
 
 use super::sphere::Sphere;
@@ -77,6 +77,17 @@ fn of_own(lobe: LobeOf<'_, '_>) -> Result<Material, NotHeld> {
         let (coat, roughness) = (lobe.one("clearcoat")?, lobe.one("clearcoat_roughness")?);
         let coat = json!({ "clearcoatFactor": coat, "clearcoatRoughnessFactor": roughness });
         material.extend("KHR_materials_clearcoat", coat);
+    }
+    if lobe.choice("sheen") == "charlie" {
+        let (strength, roughness) = (lobe.one("sheen")?, lobe.one("sheen_roughness")?);
+        let color = lobe.rgb("sheen_color");
+        // The brightest channel of the product dims what is below.
+        if strength > 0.0 && color.iter().all(|channel| *channel < 1.0) {
+            return Err(NotHeld::Lobe("a sheen_color whose brightest channel is not 1".to_owned()));
+        }
+        let color = color.map(|channel| strength * channel);
+        let sheen = json!({ "sheenColorFactor": color, "sheenRoughnessFactor": roughness });
+        material.extend("KHR_materials_sheen", sheen);
     }
     Ok(material)
 }

@@ -235,11 +235,63 @@ fn albedo<T: Scalar>(nodes: &[Node], m: T, eta: T) -> T {
     products.into_iter().fold(T::constant(0.0), |sum, product| sum + product)
 }
 
+/// A function that is known at equally spaced points, and cubics through its values and slopes between them.
+#[derive(Clone, Debug)]
+pub(crate) struct Cubics<T: Scalar, const POINTS: usize> {
+    /// Value, and slope per cell, at the ends of every cell.
+    points: Arc<[[T; 2]; POINTS]>,
+}
+
+impl<T: Scalar, const POINTS: usize> Cubics<T, POINTS> {
+    /// Number of the last cell.
+    const LAST: usize = POINTS - 2;
+
+    /// Makes the cubics from the values.
+    pub fn new(values: [T; POINTS]) -> Self {
+        let mut points = values.map(|value| [value, T::constant(0.0)]);
+        // Finite differences that are exact for polynomials of degree 4, and of degree 3 at the ends.
+        let weighted = |terms: [(usize, f64); 4]| {
+            terms.into_iter().fold(T::constant(0.0), |sum, (k, weight)| sum + values[k].times(weight))
+        };
+        let n = POINTS - 1;
+        for (k, [_, slope]) in points.iter_mut().enumerate() {
+            *slope = match k {
+                0 => weighted([(0, -11.0), (1, 18.0), (2, -9.0), (3, 2.0)]).times(1.0 / 6.0),
+                1 => weighted([(0, -2.0), (1, -3.0), (2, 6.0), (3, -1.0)]).times(1.0 / 6.0),
+                _ if k == n - 1 => {
+                    weighted([(n, 2.0), (n - 1, 3.0), (n - 2, -6.0), (n - 3, 1.0)]).times(1.0 / 6.0)
+                }
+                _ if k == n => {
+                    weighted([(n, 11.0), (n - 1, -18.0), (n - 2, 9.0), (n - 3, -2.0)]).times(1.0 / 6.0)
+                }
+                _ => weighted([(k - 2, 1.0), (k - 1, -8.0), (k + 1, 8.0), (k + 2, -1.0)]).times(1.0 / 12.0),
+            };
+        }
+        Self { points: Arc::new(points) }
+    }
+
+    /// The cubic of a cell.
+    #[inline(always)]
+    fn within(&self, cell: usize, t: T::Real) -> T {
+        let [[a, da], [b, db]] = [self.points[cell], self.points[cell + 1]];
+        let rise: T = b - a;
+        let c3 = da + db - rise.times(2.0);
+        let c2 = rise - da - c3;
+        a + (da + (c2 + c3 * t) * t) * t
+    }
+
+    /// The function at a place between the first point, 0, and the last, in cells.
+    #[inline(always)]
+    pub fn at(&self, place: T::Real) -> T {
+        let cell = place.whole().min(Self::LAST);
+        self.within(cell, place - T::Real::literal(count(cell)))
+    }
+}
+
 /// 1 - E as a function of x, and 1/(1 - Ea).
 #[derive(Clone, Debug)]
 pub struct Transmittance<T: Scalar> {
-    /// Value, and slope per cell, at the ends of every cell.
-    nodes: Arc<[[T; 2]; CELLS + 1]>,
+    table: Cubics<T, { CELLS + 1 }>,
     inverse_mean: T,
 }
 
@@ -257,24 +309,7 @@ impl<T: Scalar> Transmittance<T> {
 
     /// Makes the table from its values at [`cosine`], over which 1 - E has this power of c.
     fn of_values(values: [T; CELLS + 1], power: i32) -> Self {
-        let mut nodes = values.map(|value| [value, T::constant(0.0)]);
-        // Finite differences that are exact for polynomials of degree 4, and of degree 3 at the ends.
-        let weighted = |terms: [(usize, f64); 4]| {
-            terms.into_iter().fold(T::constant(0.0), |sum, (k, weight)| sum + values[k].times(weight))
-        };
-        for (k, [_, slope]) in nodes.iter_mut().enumerate() {
-            const N: usize = CELLS;
-            *slope = match k {
-                0 => weighted([(0, -11.0), (1, 18.0), (2, -9.0), (3, 2.0)]).times(1.0 / 6.0),
-                1 => weighted([(0, -2.0), (1, -3.0), (2, 6.0), (3, -1.0)]).times(1.0 / 6.0),
-                _ if k == N - 1 => {
-                    weighted([(N, 2.0), (N - 1, 3.0), (N - 2, -6.0), (N - 3, 1.0)]).times(1.0 / 6.0)
-                }
-                N => weighted([(N, 11.0), (N - 1, -18.0), (N - 2, 9.0), (N - 3, -2.0)]).times(1.0 / 6.0),
-                _ => weighted([(k - 2, 1.0), (k - 1, -8.0), (k + 1, 8.0), (k + 2, -1.0)]).times(1.0 / 12.0),
-            };
-        }
-        let mut table = Self { nodes: Arc::new(nodes), inverse_mean: T::constant(1.0) };
+        let table = Cubics::new(values);
         // 2 c dc = 8 x^7 dx
         let mean = (0..CELLS).flat_map(|cell| WITHIN_CELL.iter().map(move |node| (cell, node)));
         let mean = mean.fold(T::constant(0.0), |sum, (cell, (t, weight))| {
@@ -282,26 +317,13 @@ impl<T: Scalar> Transmittance<T> {
             let weight = weight * 8.0 * x.powi(7 + 4 * power) / count(CELLS);
             sum + table.within(cell, T::Real::literal(*t)).times(weight)
         });
-        table.inverse_mean = mean.recip();
-        table
-    }
-
-    /// The cubic of a cell.
-    #[inline(always)]
-    fn within(&self, cell: usize, t: T::Real) -> T {
-        let [[a, da], [b, db]] = [self.nodes[cell], self.nodes[cell + 1]];
-        let rise: T = b - a;
-        let c3 = da + db - rise.times(2.0);
-        let c2 = rise - da - c3;
-        a + (da + (c2 + c3 * t) * t) * t
+        Self { table, inverse_mean: mean.recip() }
     }
 
     /// The table at a direction with cosine `cos`.
     #[inline(always)]
     pub fn of(&self, cos: T::Real) -> T {
-        let x: T::Real = cos.sqrt().sqrt().times(count(CELLS));
-        let cell = x.whole().min(CELLS - 1);
-        self.within(cell, x - T::Real::literal(count(cell)))
+        self.table.at(cos.sqrt().sqrt().times(count(CELLS)))
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! To add a part: copy the file of the most similar one, and add one line to the list in its folder's `registry.rs`.
 
+pub(crate) mod charlie;
 pub(crate) mod directional_albedo;
 pub mod distribution;
 pub mod fresnel;

@@ -1,4 +1,4 @@
-//! glTF's physically based material: metallic-roughness, with the extensions for index, specular colour, anisotropy and clear coat.
+//! glTF's physically based material: metallic-roughness, with the extensions for index, specular colour, anisotropy, sheen and clear coat.
 //!
 //! With s = (1 - wi.h)^5, M = metallic, r the roughness:
 //!
@@ -6,7 +6,11 @@
 //! f  = (1 - M) (F V + (1 - F) base_color/pi) + M (base_color (1 - s) + s) V
 //! F  = f0 (1 - s) + specular s,    f0 = specular min(((ior - 1)/(ior + 1))^2 specular_color, 1)
 //! V  = D G/(4 ci co) of ggx-anisotropic and smith:  my = r^2,  mx = r^2 + (1 - r^2) anisotropy_strength^2
-//! coat=clearcoat
+//! sheen=charlie
+//!   f' = sheen sheen_color Ds Vs + (1 - sheen max(E(ci), E(co))) f,    E(ci) = int Ds Vs co dwo, at most 1
+//!   Ds = (1 + p)/pi (1 - (n.h)^2)^p,    p = 1/(2 a),  a = sheen_roughness^2
+//!   Vs = 1/((1 + Lambda(ci) + Lambda(co)) 4 ci co),    Lambda of the extension's text, no cosine less than 2^-12
+//! coat=clearcoat, on top of the sheen
 //!   f' = (1 - clearcoat Fc) f + clearcoat Fc Vc,    Fc = 0.04 (1 - t) + t,  t = (1 - co)^5
 //!   Vc = D G/(4 ci co) of ggx and smith:  m = clearcoat_roughness^2
 //! ```
@@ -22,18 +26,29 @@
 //! | specular_color | 1 | 0..25 | `specularColorFactor`: scales f0 only; shared, fixed at 1 unless freed. With ior 1.5, 25 is f0 = 1 |
 //! | clearcoat | 1 | 0..1 | `clearcoatFactor`, with `coat=clearcoat` only: strength of the coat, shared |
 //! | clearcoat_roughness | 1 | 0.01..1 | `clearcoatRoughnessFactor`, with `coat=clearcoat` only |
+//! | sheen | 1 | 0..1 | with `sheen=charlie` only: the largest of the three of `sheenColorFactor`, shared |
+//! | sheen_color | 1 | 0..1 | with `sheen=charlie` only: `sheenColorFactor` divided by `sheen`; fixed at 1 unless freed |
+//! | sheen_roughness | 1 | 0.1..1 | `sheenRoughnessFactor`, with `sheen=charlie` only; a small one leaves a rim of light towards grazing |
 //!
 //! Khronos Group, glTF 2.0 (<https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html>), Appendix B, "BRDF Implementation", with the
 //! extensions `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_anisotropy` and `KHR_materials_clearcoat`, "Implementation" of
-//! each. The appendix is informative: a renderer may use other formulas. Copies of the specification from before December 2025 print
+//! each, and `KHR_materials_sheen`, "Implementation Notes", with the visibility "Charlie", after Conty Estevez and Kulla 2017, Production
+//! Friendly Microfacet Sheen BRDF. The appendix is informative: a renderer may use other formulas. Copies of the specification from before December 2025 print
 //! the separable form of Smith's G and recommend the height-correlated one, which is in later copies and has always been in Khronos'
 //! sample renderer; it is the one here.
 //!
 //! Departures: the lower bound of the roughness; the specification has none, and roughness 0 is a mirror. The specification weighs the
 //! diffuse term by 1 - F of the channel whose F is largest; with `specular_color` shared by the channels, all have the same F. The
 //! sample code for anisotropy limits G/(4 ci co) to 1, which darkens grazing directions; that guard is left out. Left out as well:
-//! sheen, since its layering needs a table that the specification does not give, emission, transmission, volume, and ior = 0, the
-//! switch for older files. The axis along which anisotropy widens the highlight is x; turn it by `anisotropyRotation`.
+//! emission, transmission, volume, and ior = 0, the switch for older files. The axis along which anisotropy widens the highlight is x; turn it by `anisotropyRotation`.
+//!
+//! Sheen: the extension dims what is below by the brightest channel. Channels are fitted one by one, so `sheen` holds that brightness, and
+//! `sheen_color` the colour relative to it: free it together with `--fix` of its brightest channel at 1, since only such a material has a
+//! form in glTF. The extension refers to a table of E elsewhere and gives no numbers; E is integrated here whenever sheen_roughness changes,
+//! to 2e-4 (`src/model/parts/charlie.rs`). Khronos' sample renderer reads E from a picture of 8 bits per channel and limits Vs to 1, which
+//! darkens sheen within ten degrees of the horizon; other viewers take the simpler visibility that the extension allows. The cosines in
+//! Vs are cut off 0.014 degrees above the horizon, where the printed form grows without bound. Below a sheen_roughness of 0.1, which
+//! the specification allows, sheen is a line at the horizon that sends back several times what it receives.
 //!
 //! Identifiability: ior and specular_color enter only through f0, so free one of them at most. One channel gives two numbers, the strengths
 //! of body and highlight, which determine base_color and metallic. A dielectric darker than its own f0 has a double: base_color b
@@ -41,13 +56,17 @@
 //! mixture of two materials; if M = 0 or M = 1 fits as well, prefer that. The coat shows where its roughness differs from that of the
 //! surface below.
 //!
-//! Reciprocal without the coat. With it f is not, as the extension says, since Fc depends on the viewer alone; wo is the viewer. Finite
+//! With sheen, the rim towards grazing tells sheen_roughness, its brightness `sheen`; without samples beyond 60 degrees a small
+//! sheen_roughness shows nothing.
+//!
+//! Reciprocal without the coat, with sheen too. With the coat f is not, as the extension says, since Fc depends on the viewer alone; wo is the viewer. Finite
 //! at grazing. Not energy conserving for dielectrics: the body is dimmed by 1 - F of the facet that reflects rather than by what the
 //! surface lets through, as the specification says itself. The highlight alone never gains energy; it loses what meets a second
-//! facet.
+//! facet. Sheen with a sheen_roughness of 0.2 and less returns more than it receives within six degrees of grazing, up to twice as much at 0.1.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};
+use crate::model::parts::charlie::{BelowCharlie, CharlieDensity, CharlieVisibility};
 use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Isotropic, Shadows};
 use crate::model::parts::fresnel::{FresnelReflectance, Reflectance, Schlick};
 use crate::model::parts::shadowing::Smith;
@@ -62,6 +81,8 @@ use std::f64::consts::FRAC_1_PI;
 pub struct Gltf {
     /// Whether a clear coat lies on top.
     coated: bool,
+    /// Whether fibres stand up from the surface.
+    sheen: bool,
 }
 
 /// Index of the first of the shapes that hold the surface's roughness and anisotropy.
@@ -132,6 +153,27 @@ impl Part for BelowCoat {
     fn prepare<T: Scalar>(_: Values<'_, T>) {}
 }
 
+/// 1 - t and t: what fibres below the coat show.
+struct TowardsViewer;
+
+impl Kernel for TowardsViewer {
+    const FUNCTIONS: usize = 2;
+    type Prepared<T: Scalar> = ();
+    type Output<T: Scalar> = [T; 2];
+
+    #[inline(always)]
+    fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 2] {
+        towards_viewer::<T>(g)
+    }
+}
+
+impl Part for TowardsViewer {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
+}
+
 /// Fc
 struct CoatReflectance;
 
@@ -159,32 +201,68 @@ fn show_surface(visitor: &mut impl Visitor) {
     visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
 }
 
+/// Number of coefficients: those of body and highlight below coat and sheen and below the coat alone, two of the sheen and one of the coat.
+const COEFFICIENTS: usize = 2 * 8 + 2 + 1;
+
+impl Gltf {
+    /// Index of the shape that is the roughness of the sheen.
+    fn sheen_roughness(self) -> usize {
+        CLEARCOAT_ROUGHNESS + usize::from(self.coated)
+    }
+
+    /// Passes body and highlight, dimmed by what lies above, to `visitor`.
+    fn show_base(self, visitor: &mut impl Visitor, below_sheen: bool) {
+        for is_highlight in [false, true] {
+            if is_highlight {
+                show_surface(visitor);
+            }
+            if self.coated {
+                visitor.part::<BelowCoat>(0);
+            } else {
+                visitor.part::<Reflectance<Schlick>>(0);
+            }
+            if below_sheen {
+                visitor.part::<Reshaped<BelowCharlie, Squared>>(self.sheen_roughness());
+            }
+            visitor.next_term();
+        }
+    }
+}
+
 impl Model for Gltf {
-    type Coefficients<T: Scalar> = [T; 9];
+    type Coefficients<T: Scalar> = [T; COEFFICIENTS];
 
     const NAME: &'static str = "gltf";
     const SUMMARY: &'static str = "glTF's metallic-roughness material";
     const REFERENCE: &'static str = "Khronos Group, glTF 2.0 Specification, Appendix B, and KHR_materials_ior, _specular, \
-        _anisotropy, _clearcoat, https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html";
-    const OPTIONS: &'static [ModelOption] = &[ModelOption {
-        key: "coat",
-        summary: "nothing on top, or a clear coat, which makes f depend on who looks",
-        values: || vec!["none", "clearcoat"],
-        default: "none",
-    }];
+        _anisotropy, _clearcoat, _sheen, https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html";
+    const OPTIONS: &'static [ModelOption] = &[
+        ModelOption {
+            key: "coat",
+            summary: "nothing on top, or a clear coat, which makes f depend on who looks",
+            values: || vec!["none", "clearcoat"],
+            default: "none",
+        },
+        ModelOption {
+            key: "sheen",
+            summary: "no fibres, or those of cloth, below the coat",
+            values: || vec!["none", "charlie"],
+            default: "none",
+        },
+    ];
     // Not with the coat.
     const RECIPROCAL: bool = false;
 
     fn build(choices: &Choices) -> Self {
-        Self { coated: choices.get("coat") == "clearcoat" }
+        Self { coated: choices.get("coat") == "clearcoat", sheen: choices.get("sheen") == "charlie" }
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        let roughness = |name, summary, initial| {
-            ParamSpec::shape(name, summary, (0.01, 1.0), (0.1, 1.0), initial, Scale::Linear)
+        let shape = |name, summary, least, typical, initial| {
+            ParamSpec::shape(name, summary, (least, 1.0), typical, initial, Scale::Linear)
         };
-        let strength = ("anisotropy_strength", "anisotropy of the highlight");
-        let strength = ParamSpec::shape(strength.0, strength.1, (0.0, 1.0), (0.1, 1.0), 0.0, Scale::Linear);
+        let roughness = |name, summary, initial| shape(name, summary, 0.01, (0.1, 1.0), initial);
+        let strength = shape("anisotropy_strength", "anisotropy of the highlight", 0.0, (0.1, 1.0), 0.0);
         let shared = |name, summary, upper, initial| {
             let spec = ParamSpec::amplitude(name, summary, upper, initial);
             ParamSpec { sharing: Sharing::Shared, ..spec }
@@ -193,40 +271,52 @@ impl Model for Gltf {
         let mut all = vec![
             roughness("roughness", "roughness", 0.4).sharper_when(Sharper::Smaller),
             strength.isotropic_at(0.0).fixed(),
+        ];
+        if self.coated {
+            all.push(roughness("clearcoat_roughness", "roughness of the coat", 0.1));
+        }
+        if self.sheen {
+            all.push(shape("sheen_roughness", "roughness of the sheen", 0.1, (0.2, 1.0), 0.5));
+        }
+        all.extend([
             ParamSpec::amplitude("base_color", "albedo of the body, f0 of the metal", 1.0, 0.2),
             shared("metallic", "metal or dielectric", 1.0, 0.1),
             ParamSpec { bounds: (1.0, 3.0), typical: (1.1, 2.5), ..ior }.fixed(),
             shared("specular", "strength of a dielectric's highlight", 1.0, 1.0).fixed(),
             shared("specular_color", "scale of a dielectric's f0", 25.0, 1.0).fixed(),
-        ];
+        ]);
         if self.coated {
-            all.insert(CLEARCOAT_ROUGHNESS, roughness("clearcoat_roughness", "roughness of the coat", 0.1));
             all.push(shared("clearcoat", "strength of the coat", 1.0, 0.5));
+        }
+        if self.sheen {
+            all.push(shared("sheen", "strength of the sheen", 1.0, 0.3));
+            all.push(ParamSpec::amplitude("sheen_color", "relative colour of the sheen", 1.0, 1.0).fixed());
         }
         all
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
+        self.show_base(visitor, false);
+        if self.sheen {
+            self.show_base(visitor, true);
+            let roughness = self.sheen_roughness();
+            visitor.part::<Reshaped<CharlieDensity, Squared>>(roughness);
+            visitor.part::<Reshaped<CharlieVisibility, Squared>>(roughness);
+            if self.coated {
+                visitor.part::<TowardsViewer>(0);
+            }
+            visitor.next_term();
+        }
         if self.coated {
-            visitor.part::<BelowCoat>(0);
-            visitor.next_term();
-            show_surface(visitor);
-            visitor.part::<BelowCoat>(0);
-            visitor.next_term();
             visitor.part::<Reshaped<Density<Ggx<Isotropic>>, Squared>>(CLEARCOAT_ROUGHNESS);
             visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Isotropic>>, Squared>>(
                 CLEARCOAT_ROUGHNESS,
             );
             visitor.part::<CoatReflectance>(0);
-        } else {
-            visitor.part::<Reflectance<Schlick>>(0);
-            visitor.next_term();
-            show_surface(visitor);
-            visitor.part::<Reflectance<Schlick>>(0);
         }
     }
 
-    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 9] {
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; COEFFICIENTS] {
         let [base, metallic, ior, specular, specular_color] = amplitudes.take();
         let (zero, one) = (T::constant(0.0), T::constant(1.0));
         let f0 = (ior.plus(-1.0) / ior.plus(1.0)).squared() * specular_color;
@@ -236,16 +326,29 @@ impl Model for Gltf {
         // Of 1 - s and s: the body's, and the highlight's.
         let of_body = [body * (one - f0), body * (one - specular)];
         let of_highlight = [dielectric * f0 + metallic * base, dielectric * specular + metallic];
-        let ([a, b], [c, d]) = (of_body, of_highlight);
-        if !self.coated {
-            return [a, b, c, d, zero, zero, zero, zero, zero];
-        }
-        let [clearcoat] = amplitudes.take();
+        let [clearcoat] = if self.coated { amplitudes.take() } else { [zero] };
+        let [sheen, sheen_color] = if self.sheen { amplitudes.take() } else { [zero, one] };
         // 1 - clearcoat Fc is this times 1 - t, and times t.
-        let (towards, grazing) = ((-clearcoat.times(COAT_F0)).plus(1.0), one - clearcoat);
-        let below = |[x, y]: [T; 2]| [towards * x, towards * y, grazing * x, grazing * y];
-        let ([a, b, c, d], [e, f, g, h]) = (below(of_body), below(of_highlight));
-        [a, b, c, d, e, f, g, h, clearcoat]
+        let through_coat = [(-clearcoat.times(COAT_F0)).plus(1.0), one - clearcoat];
+        let through_coat = if self.coated { through_coat.to_vec() } else { vec![one] };
+        // 1 - sheen max(E) is this times 1, and times 1 - max(E).
+        let through_sheen = if self.sheen { vec![one - sheen, sheen] } else { vec![one] };
+        let mut all = Vec::with_capacity(COEFFICIENTS);
+        for through in through_sheen {
+            for pair in [of_body, of_highlight] {
+                for coat in &through_coat {
+                    all.extend(pair.map(|coefficient| *coat * coefficient * through));
+                }
+            }
+        }
+        if self.sheen {
+            all.extend(through_coat.iter().map(|coat| *coat * sheen * sheen_color));
+        }
+        if self.coated {
+            all.push(clearcoat);
+        }
+        let mut visited = all.into_iter();
+        std::array::from_fn(|_| visited.next().unwrap_or(zero))
     }
 
     fn strength(&self) -> Strength {
