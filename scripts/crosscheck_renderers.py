@@ -89,8 +89,8 @@ def preview(workflow):
     return f"usd-preview-surface(workflow={workflow})"
 
 
-def standard(base):
-    return f"standard-surface(base={base})"
+def standard(base, *choices):
+    return f"standard-surface({', '.join([f'base={base}', *choices])})"
 
 
 UNCORRELATED = "smith-uncorrelated"
@@ -165,6 +165,19 @@ MATERIALS = {
             own(
                 "standard-surface", base_color=PAINT, specular=0.7, specular_color=(0.9, 0.6, 1.0), specular_roughness=0.45,
                 specular_anisotropy=0.6, specular_IOR=1.8, diffuse_roughness=0.5,
+            ),
+        ),
+        Material(
+            "dielectric, coat and sheen", standard("dielectric", "coat=clear", "sheen=conty-kulla"),
+            own(
+                "standard-surface", base_color=PAINT, specular_roughness=0.5, diffuse_roughness=0.3, coat=0.6, coat_roughness=0.3,
+                coat_IOR=1.7, sheen=0.8, sheen_color=(0.3, 0.9, 1.0), sheen_roughness=0.35,
+            ),
+        ),
+        Material(
+            "metal, coated", standard("metal", "coat=clear"),
+            own(
+                "standard-surface", base_color=GOLD_F0, specular_color=(1.0, 0.8, 0.5), specular_roughness=0.4, coat=1.0, coat_roughness=0.25,
             ),
         ),
         Material(

@@ -229,6 +229,9 @@ const VARIANTS: &[(&str, &str)] = &[
     ("usd-preview-surface-specular", "usd-preview-surface(workflow=specular)"),
     ("standard-surface-dielectric", "standard-surface"),
     ("standard-surface-metal", "standard-surface(base=metal)"),
+    ("standard-surface-metal-coat", "standard-surface(base=metal, coat=clear)"),
+    ("standard-surface-sheen", "standard-surface(sheen=conty-kulla)"),
+    ("standard-surface-coat-sheen", "standard-surface(coat=clear, sheen=conty-kulla)"),
 ];
 
 fn expression(file: &str) -> Expression {

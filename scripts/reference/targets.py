@@ -234,6 +234,41 @@ def specular_over(g: Geometry, roughness, anisotropy, ior, specular, specular_co
     return specular * specular_color * response + below * mix(1, through, specular)
 
 
+# Of 1, x, z, x z, x^2, z^2
+SHEEN_ALBEDO = coefficients(
+    "13.67300 -68.78018 799.08825 -905.00061 60.28956 1086.96473, 1.0 61.57746 442.78211 2597.49308 121.81241 3045.55075"
+)
+
+
+def sheen_over(g: Geometry, sheen_roughness, sheen, sheen_color, below):
+    inverse = 1 / max(sheen_roughness, mpf("0.005"))
+    density = (2 + inverse) * g.sin2_h ** (inverse / 2) / (2 * pi)
+    response = sheen * sheen_color * density / (4 * (g.ci + g.co - g.ci * g.co))
+    powers = 1, g.co, sheen_roughness, g.co * sheen_roughness, g.co**2, sheen_roughness**2
+    top, bottom = (sum(a * power for a, power in zip(row, powers)) for row in SHEEN_ALBEDO)
+    return response + (1 - sheen * clamp(top / bottom)) * below
+
+
+def standard_sheen(
+    g: Geometry, roughness, anisotropy, ior, sigma, sheen_roughness, color, specular, specular_color, sheen, sheen_color
+):
+    below = sheen_over(g, sheen_roughness, sheen, sheen_color, qualitative(g, color, sigma))
+    return specular_over(g, roughness, anisotropy, ior, specular, specular_color, below)
+
+
+def standard_coat_sheen(
+    g: Geometry, roughness, anisotropy, ior, sigma, coat_roughness, coat_ior, sheen_roughness, color, specular, specular_color, coat,
+    sheen, sheen_color,
+):  # fmt: skip
+    below = standard_sheen(g, roughness, anisotropy, ior, sigma, sheen_roughness, color, specular, specular_color, sheen, sheen_color)
+    return specular_over(g, coat_roughness, mpf(0), coat_ior, coat, 1, below)
+
+
+def standard_metal_coat(g: Geometry, roughness, anisotropy, reflectivity, edge, coat_roughness, coat_ior, coat):
+    below = standard_metal(g, roughness, anisotropy, reflectivity, edge)
+    return specular_over(g, coat_roughness, mpf(0), coat_ior, coat, 1, below)
+
+
 def standard_metal(g: Geometry, roughness, anisotropy, reflectivity, edge):
     r = min(reflectivity, mpf("0.99"))
     eta = mix((1 + sqrt(r)) / (1 - sqrt(r)), (1 - r) / (1 + r), edge)
@@ -411,6 +446,40 @@ TARGETS = [
             ("0.4", 0, "0.9", 1), ("0.1", "0.5", "0.5", "0.5"), ("0.95", 0, "0.04", "1e-9"), ("0.2", "0.9", "0.95", "0.9"), ("0.032", 0, "0.8", "0.04")
         ),
         standard_metal,
+    ),
+    Whole(
+        "standard-surface-metal-coat",
+        ("specular_roughness", "specular_anisotropy", "base_color", "specular_color", "coat_roughness", "coat_IOR", "coat"),
+        numbers(
+            ("0.4", 0, "0.9", 1, "0.1", "1.5", "0.5"), ("0.1", "0.5", "0.5", "0.5", "0.7", "1.3", 1), ("0.2", "0.9", "0.95", "0.9", "0.05", 2, "1e-9")
+        ),
+        standard_metal_coat,
+    ),
+    Whole(
+        "standard-surface-sheen",
+        (
+            "specular_roughness", "specular_anisotropy", "specular_IOR", "diffuse_roughness", "sheen_roughness", "base_color", "specular",
+            "specular_color", "sheen", "sheen_color",
+        ),
+        numbers(
+            ("0.4", 0, "1.5", 0, "0.3", "0.2", 1, 1, "0.3", 1), ("0.1", "0.5", "1.3", "0.3", "0.08", "0.04", "0.5", "0.7", 1, "0.2"),
+            ("0.95", "0.2", 2, 1, 1, 1, "0.04", "0.5", "1e-9", 1),
+        ),
+        standard_sheen,
+        log_factor=lambda g, roughness, anisotropy, ior, sigma, sheen_roughness, *others: charlie_log_factor(g, sheen_roughness),
+    ),
+    Whole(
+        "standard-surface-coat-sheen",
+        (
+            "specular_roughness", "specular_anisotropy", "specular_IOR", "diffuse_roughness", "coat_roughness", "coat_IOR", "sheen_roughness",
+            "base_color", "specular", "specular_color", "coat", "sheen", "sheen_color",
+        ),
+        numbers(
+            ("0.4", 0, "1.5", "0.2", "0.1", "1.5", "0.3", "0.2", 1, 1, "0.5", "0.3", 1),
+            ("0.1", "0.5", "1.3", "0.3", "0.6", "1.8", "0.6", "0.9", "0.5", "0.7", 1, "0.8", "0.4"),
+        ),
+        standard_coat_sheen,
+        log_factor=lambda g, a, b, c, d, coat_roughness, coat_ior, sheen_roughness, *others: charlie_log_factor(g, sheen_roughness),
     ),
     Whole(
         "blender-principled",

@@ -23,7 +23,7 @@
 
 use super::cook_torrance::{CookTorrance, DISTRIBUTION, FRESNEL};
 use crate::geometry::Geometry;
-use crate::math::Scalar;
+use crate::math::{Real, Scalar};
 use crate::model::parts::distribution::Distribution;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::parts::shadowing::Shadowing;
@@ -32,6 +32,13 @@ use crate::model::{Choices, Kernel, Model, ModelOption, ParamSpec, Part, Strengt
 /// A density of half vectors divided by an expression that replaces all shadowing.
 #[derive(Clone, Copy, Debug)]
 pub struct DistributionBased(CookTorrance);
+
+/// ci + co - ci co, without a difference of nearly equal numbers.
+#[inline(always)]
+pub(super) fn sum_less_product<R: Real>(g: &Geometry<R>) -> R {
+    let (ci, co) = (g.cos_i(), g.cos_o());
+    ci + co * (-ci).plus(1.0)
+}
 
 /// (n.h)/(4 (ci + co - ci co))
 struct Denominator;
@@ -42,9 +49,7 @@ impl Kernel for Denominator {
 
     #[inline(always)]
     fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
-        let (ci, co) = (g.cos_i(), g.cos_o());
-        // ci + co - ci co, without a difference of nearly equal numbers.
-        let sum: T::Real = ci + co * (-ci).plus(1.0);
+        let sum: T::Real = sum_less_product(g);
         let factor: T::Real = g.cos_h() / sum.times(4.0);
         [T::from_real(factor)]
     }

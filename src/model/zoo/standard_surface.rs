@@ -13,6 +13,14 @@
 //!        c = base_color, e = specular_color, q = sqrt(c)
 //! V  = D G/(4 ci co):  D = ggx-anisotropic with mx = min(r^2/a, 1), my = r^2 a, a = sqrt(1 - specular_anisotropy);
 //!      G = smith of ggx with m = sqrt(mx my)
+//! sheen=conty-kulla, between the dielectric and its body
+//!   ON base_color/pi becomes sheen sheen_color Ds/(4 (ci + co - ci co)) + (1 - sheen S) base_color ON/pi
+//!   Ds = (1 + p)/pi (1 - (n.h)^2)^p,  p = 1/(2 sheen_roughness)
+//!   S  = s1/s2, between 0 and 1, with s = c0 + c1 x + c2 z + c3 x z + c4 x^2 + c5 z^2,  x = co, z = sheen_roughness
+//!   s1  13.673  -68.78018  799.08825   -905.00061   60.28956  1086.96473
+//!   s2   1       61.57746  442.78211   2597.49308  121.81241  3045.55075
+//! coat=clear, on top
+//!   f' = coat Vc Fc comp(Fc) + (1 - coat Xc) f,   Vc, Fc and Xc as V, F and X of the dielectric with m = coat_roughness^2, coat_IOR
 //! comp(F) = 1 + F (1 - A - B)/(A + B):  A, B of (co, m), the albedo of V is F0 A + B for Schlick's F
 //! A  = p1/p3, B = p2/p4, each between 0 and 1, with p = c0 + c1 x + c2 y + c3 x y + c4 x^2 + c5 y^2 + c6 x^2 y + c7 x y^2 + c8 x^2 y^2,
 //!      x = co, y = m
@@ -31,6 +39,12 @@
 //! | base_color | 1 | 0..1 | albedo of the body; in `base=metal` a shape, the reflectance of the metal at normal incidence, 1e-4..0.99 |
 //! | specular | 1 | 0..1 | strength of the dielectric's highlight, shared; fixed at 1 unless freed |
 //! | specular_color | 1 | 0..1 | tint of the dielectric's highlight, fixed at 1 unless freed; in `base=metal` a shape that sets the colour towards grazing |
+//! | coat | 1 | 0..1 | with `coat=clear` only: strength of the coat, shared |
+//! | coat_roughness | 1 | 0.01..1 | with `coat=clear` only: roughness of the coat |
+//! | coat_IOR | 1 | 1..3 | with `coat=clear` only: refractive index of the coat; fixed at 1.5 unless freed |
+//! | sheen | 1 | 0..1 | with `sheen=conty-kulla` only: strength of the sheen, shared |
+//! | sheen_color | 1 | 0..1 | with `sheen=conty-kulla` only: tint of the sheen, which does not dim the body; fixed at 1 unless freed |
+//! | sheen_roughness | 1 | 0.01..1 | with `sheen=conty-kulla` only: small leaves a rim of light towards grazing |
 //!
 //! Autodesk Standard Surface, version 1.0.1 (Georgiev et al. 2019, <https://autodesk.github.io/standard-surface/>). The document
 //! leaves the lobes and their layering open in part; these are those of MaterialX, version 1.39.5
@@ -39,26 +53,36 @@
 //! later bounces (Turquin 2019, Practical Multiple Scattering Compensation for Microfacet Models). The metal's index is that of
 //! Gulbrandsen 2014 (Artist Friendly Metallic Fresnel). The shader that MaterialX writes for the node agreed with the reference formula
 //! to the digits of its single precision. The parameters have the names of the node's inputs; `base` is a factor of base_color, and
-//! `specular` of a metal one of specular_color: enter 1 for both, and `metalness` 0 or 1.
+//! `specular` of a metal one of specular_color: enter 1 for both, and `metalness` 0 or 1. The sheen is after Conty Estevez and Kulla 2017
+//! (Production Friendly Microfacet Sheen BRDF), with the denominator of Neubelt and Pettineo 2013 and MaterialX' fit of its albedo; it
+//! lies below the dielectric, so `sheen` changes nothing in `base=metal`. The coat is white: enter 1 for `coat_color`, and leave
+//! `coat_affect_color` and `coat_affect_roughness` at 0.
 //!
 //! Departures: the lower bounds of the roughness and of a metal's base_color, which MaterialX clamps at r^2 = 1e-8 and 0. This is the
-//! base with its specular parameters, without coat, sheen, transmission, subsurface, thin film and emission. Metalness strictly between
+//! base with its specular parameters, and coat and sheen if chosen, without transmission, subsurface, thin film and emission, and without
+//! coat_color, coat_anisotropy and a coat's effect on what is below other than dimming it. Metalness strictly between
 //! 0 and 1 is left out: base_color would be an amplitude and a shape at once. As in MaterialX, X leaves out the tint of the
 //! highlight, so a tinted surface absorbs the rest. Other generators of MaterialX, and Arnold, evaluate other formulas, which agree in
 //! the main.
 //!
 //! Identifiability: one channel determines base_color and specular_IOR with specular fixed; specular and specular_IOR both scale the
-//! highlight and are told apart by its rise towards grazing alone. specular_color of a metal acts only towards grazing.
+//! highlight and are told apart by its rise towards grazing alone. specular_color of a metal acts only towards grazing. coat and coat_IOR
+//! both scale the coat's highlight; the coat shows where its roughness differs from that of the surface below. sheen_color and sheen are
+//! told apart only by how sheen dims the body.
 //!
 //! Not reciprocal: A and B depend on the viewer alone; wo is the viewer. Exchanging the directions changes f by a few percent at
 //! mid roughness. Finite at grazing. Seen in light from all around, an isotropic surface and a white body together return what they
 //! receive within a few percent, as A and B are fits. Lit from one direction near grazing they return more: the body is not dimmed by what
 //! the surface reflects of the light on its way in. Nor does G of the mean roughness belong to D of an anisotropic surface: at grazing a strong
-//! anisotropy makes the highlight alone return several times what it receives.
+//! anisotropy makes the highlight alone return several times what it receives. A coat lets in what X, a fit at the viewer's side, leaves,
+//! with the same consequences. A sheen with a small roughness returns more than it receives near grazing, where its fit S ends at 1.
 
+use super::distribution_based::sum_less_product;
+use super::gltf::Squared;
 use super::oren_nayar::Qualitative;
 use crate::geometry::Geometry;
 use crate::math::Scalar;
+use crate::model::parts::charlie::CharlieDensity;
 use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Isotropic, Shadows};
 use crate::model::parts::fresnel::{
     Conductor, Constants, FresnelReflectance, conductor_constants, index_constants, index_reflectance,
@@ -73,6 +97,10 @@ use crate::model::{
 #[derive(Clone, Copy, Debug)]
 pub struct StandardSurface {
     base: Base,
+    /// Whether a clear coat lies on top.
+    coated: bool,
+    /// Whether fibres stand up from the body of a dielectric.
+    sheen: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -87,6 +115,8 @@ enum Base {
 const ROUGHNESS: usize = 0;
 /// Index of the shape that is the body's roughness.
 const DIFFUSE_ROUGHNESS: usize = 3;
+/// Index of the first of the shapes that are roughness and index of the coat: both bases have four of their own.
+const COAT_ROUGHNESS: usize = 4;
 
 /// mx and my of the surface.
 struct Surface;
@@ -205,12 +235,8 @@ impl Kernel for Below {
     type Output<T: Scalar> = [T; 2];
 
     #[inline(always)]
-    fn at<T: Scalar>((albedo, constants): &Self::Prepared<T>, g: &Geometry<T::Real>) -> [T; 2] {
-        let [a, b] = albedo.at(g.cos_o());
-        let fresnel = index_reflectance(constants, g.cos_d);
-        let [f0, _, _] = *constants;
-        let reflected = (f0 * a + b) * compensation(fresnel, a + b);
-        [(-reflected).plus(1.0), T::constant(1.0)]
+    fn at<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> [T; 2] {
+        [let_through(prepared, g), T::constant(1.0)]
     }
 }
 
@@ -220,6 +246,110 @@ impl Part for Below {
 
     fn prepare<T: Scalar>(shapes: Values<'_, T>) -> PreparedBy<Self, T> {
         prepare_dielectric(shapes)
+    }
+}
+
+/// 1 - X of the dielectric.
+#[inline(always)]
+fn let_through<T: Scalar>((albedo, constants): &(Albedo<T>, Constants<T>), g: &Geometry<T::Real>) -> T {
+    let [a, b] = albedo.at(g.cos_o());
+    let fresnel = index_reflectance(constants, g.cos_d);
+    let [f0, _, _] = *constants;
+    let reflected = (f0 * a + b) * compensation(fresnel, a + b);
+    (-reflected).plus(1.0)
+}
+
+/// The fit and the constants of the coat. Its shapes are roughness and index.
+fn prepare_coat<T: Scalar>(mut shapes: Values<'_, T>) -> (Albedo<T>, Constants<T>) {
+    let [roughness, eta] = shapes.take();
+    (Albedo::new(roughness.squared()), index_constants(eta))
+}
+
+/// F comp(F) of the coat.
+struct CoatFacets;
+
+impl Part for CoatFacets {
+    type Kernel = DielectricFacets;
+    const SHAPES: usize = 2;
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> PreparedBy<Self, T> {
+        prepare_coat(shapes)
+    }
+}
+
+/// 1 - X of the coat.
+struct BelowCoat;
+
+impl Kernel for BelowCoat {
+    type Prepared<T: Scalar> = (Albedo<T>, Constants<T>);
+    type Output<T: Scalar> = [T; 1];
+
+    #[inline(always)]
+    fn at<T: Scalar>(prepared: &Self::Prepared<T>, g: &Geometry<T::Real>) -> [T; 1] {
+        [let_through(prepared, g)]
+    }
+}
+
+impl Part for BelowCoat {
+    type Kernel = Self;
+    const SHAPES: usize = 2;
+
+    fn prepare<T: Scalar>(shapes: Values<'_, T>) -> PreparedBy<Self, T> {
+        prepare_coat(shapes)
+    }
+}
+
+/// 1/(4 (ci + co - ci co))
+struct SheenVisibility;
+
+impl Kernel for SheenVisibility {
+    type Prepared<T: Scalar> = ();
+    type Output<T: Scalar> = [T; 1];
+
+    #[inline(always)]
+    fn at<T: Scalar>((): &(), g: &Geometry<T::Real>) -> [T; 1] {
+        let sum: T::Real = sum_less_product(g);
+        [T::from_real(sum.times(4.0).recip())]
+    }
+}
+
+impl Part for SheenVisibility {
+    type Kernel = Self;
+    const SHAPES: usize = 0;
+
+    fn prepare<T: Scalar>(_: Values<'_, T>) {}
+}
+
+/// MaterialX' fit of the albedo of the sheen: the coefficients of 1, x, z, x z, x^2, z^2 in the numerator and in the denominator, x = co,
+/// z the roughness.
+const SHEEN_FIT: [[f64; 6]; 2] = [
+    [13.67300, -68.78018, 799.08825, -905.00061, 60.28956, 1086.96473],
+    [1.0, 61.57746, 442.78211, 2597.49308, 121.81241, 3045.55075],
+];
+
+/// 1 - S. Its shape is the roughness.
+struct BelowSheen;
+
+impl Kernel for BelowSheen {
+    /// The coefficients of 1, x and x^2 in both.
+    type Prepared<T: Scalar> = [[T; 3]; 2];
+    type Output<T: Scalar> = [T; 1];
+
+    #[inline(always)]
+    fn at<T: Scalar>(&[p, q]: &[[T; 3]; 2], g: &Geometry<T::Real>) -> [T; 1] {
+        [(-share(p, q, g.cos_o())).plus(1.0)]
+    }
+}
+
+impl Part for BelowSheen {
+    type Kernel = Self;
+    const SHAPES: usize = 1;
+
+    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> [[T; 3]; 2] {
+        let [z] = shapes.take();
+        SHEEN_FIT.map(|[one, x, by_z, xz, xx, zz]| {
+            [z.times(by_z).plus(one) + z.squared().times(zz), z.times(xz).plus(x), T::constant(xx)]
+        })
     }
 }
 
@@ -268,19 +398,84 @@ fn artistic_index<T: Scalar>(c: T, e: T) -> (T, T) {
     (excess, below * above)
 }
 
+/// Number of coefficients: body, body below sheen and sheen below the surface, two each, and the highlight, all below the coat and
+/// without; and one of the coat.
+const COEFFICIENTS: usize = 2 * (3 * 2 + 1) + 1;
+
+impl StandardSurface {
+    /// Whether there is sheen: metals have none.
+    fn has_sheen(self) -> bool {
+        self.sheen && matches!(self.base, Base::Dielectric)
+    }
+
+    /// Index of the shape that is the roughness of the sheen.
+    fn sheen_roughness(self) -> usize {
+        COAT_ROUGHNESS + if self.coated { 2 } else { 0 }
+    }
+
+    /// Passes body, sheen and highlight to `visitor`.
+    fn show_base(self, visitor: &mut impl Visitor, below_coat: bool) {
+        if let Base::Dielectric = self.base {
+            for below_sheen in [false, true].into_iter().filter(|below| self.sheen || !below) {
+                visitor.part::<Qualitative>(DIFFUSE_ROUGHNESS);
+                visitor.part::<Below>(ROUGHNESS);
+                if below_sheen {
+                    visitor.part::<BelowSheen>(self.sheen_roughness());
+                }
+                Self::end_term(visitor, below_coat);
+            }
+            if self.sheen {
+                visitor.part::<CharlieDensity>(self.sheen_roughness());
+                visitor.part::<SheenVisibility>(0);
+                visitor.part::<Below>(ROUGHNESS);
+                Self::end_term(visitor, below_coat);
+            }
+        }
+        visitor.part::<Reshaped<Density<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
+        visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Isotropic>>, Mean>>(ROUGHNESS);
+        match self.base {
+            Base::Dielectric => visitor.part::<DielectricFacets>(ROUGHNESS),
+            Base::Metal => visitor.part::<MetalFacets>(ROUGHNESS),
+        }
+        Self::end_term(visitor, below_coat);
+    }
+
+    /// Ends a product, dimmed by the coat or not.
+    fn end_term(visitor: &mut impl Visitor, below_coat: bool) {
+        if below_coat {
+            visitor.part::<BelowCoat>(COAT_ROUGHNESS);
+        }
+        visitor.next_term();
+    }
+}
+
 impl Model for StandardSurface {
-    type Coefficients<T: Scalar> = [T; 3];
+    type Coefficients<T: Scalar> = [T; COEFFICIENTS];
 
     const NAME: &'static str = "standard-surface";
-    const SUMMARY: &'static str = "base and specular of Autodesk Standard Surface, as in MaterialX";
+    const SUMMARY: &'static str = "Autodesk Standard Surface, opaque, as in MaterialX";
     const REFERENCE: &'static str = "Autodesk Standard Surface 1.0.1, https://autodesk.github.io/standard-surface/, as evaluated by \
         MaterialX 1.39.5, https://github.com/AcademySoftwareFoundation/MaterialX";
-    const OPTIONS: &'static [ModelOption] = &[ModelOption {
-        key: "base",
-        summary: "a diffuse body under a dielectric, or a metal",
-        values: || vec!["dielectric", "metal"],
-        default: "dielectric",
-    }];
+    const OPTIONS: &'static [ModelOption] = &[
+        ModelOption {
+            key: "base",
+            summary: "a diffuse body under a dielectric, or a metal",
+            values: || vec!["dielectric", "metal"],
+            default: "dielectric",
+        },
+        ModelOption {
+            key: "coat",
+            summary: "nothing on top, or a clear coat",
+            values: || vec!["none", "clear"],
+            default: "none",
+        },
+        ModelOption {
+            key: "sheen",
+            summary: "no fibres, or those of cloth, on the body of a dielectric",
+            values: || vec!["none", "conty-kulla"],
+            default: "none",
+        },
+    ];
     const RECIPROCAL: bool = false;
 
     fn build(choices: &Choices) -> Self {
@@ -289,6 +484,8 @@ impl Model for StandardSurface {
                 "metal" => Base::Metal,
                 _ => Base::Dielectric,
             },
+            coated: choices.get("coat") == "clear",
+            sheen: choices.get("sheen") == "conty-kulla",
         }
     }
 
@@ -303,27 +500,26 @@ impl Model for StandardSurface {
         let anisotropy = shape(anisotropy.0, anisotropy.1, (0.0, 0.98), (0.1, 0.9), 0.0, Scale::Linear)
             .isotropic_at(0.0)
             .fixed();
-        match self.base {
-            Base::Dielectric => {
-                let specular = ParamSpec::amplitude("specular", "strength of the highlight", 1.0, 1.0);
-                vec![
-                    roughness,
-                    anisotropy,
-                    shape("specular_IOR", "refractive index", (1.0, 3.0), (1.1, 2.5), 1.5, Scale::Linear),
-                    // It enters as its square.
-                    shape(
-                        "diffuse_roughness",
-                        "roughness of the body",
-                        (0.0, 1.0),
-                        (0.1, 1.0),
-                        0.3,
-                        Scale::Square,
-                    ),
-                    ParamSpec::amplitude("base_color", "albedo of the body", 1.0, 0.2),
-                    ParamSpec { sharing: Sharing::Shared, ..specular }.fixed(),
-                    ParamSpec::amplitude("specular_color", "tint of the highlight", 1.0, 1.0).fixed(),
-                ]
-            }
+        let shared = |name, summary, initial| {
+            let spec = ParamSpec::amplitude(name, summary, 1.0, initial);
+            ParamSpec { sharing: Sharing::Shared, ..spec }
+        };
+        let has_sheen = self.has_sheen();
+        let mut all = match self.base {
+            Base::Dielectric => vec![
+                roughness,
+                anisotropy,
+                shape("specular_IOR", "refractive index", (1.0, 3.0), (1.1, 2.5), 1.5, Scale::Linear),
+                // It enters as its square.
+                shape(
+                    "diffuse_roughness",
+                    "roughness of the body",
+                    (0.0, 1.0),
+                    (0.1, 1.0),
+                    0.3,
+                    Scale::Square,
+                ),
+            ],
             Base::Metal => {
                 let color = ("base_color", "reflectance at normal incidence");
                 let edge = ("specular_color", "colour towards grazing");
@@ -334,32 +530,69 @@ impl Model for StandardSurface {
                     shape(edge.0, edge.1, (0.0, 1.0), (0.1, 0.9), 0.5, Scale::Linear).per_channel(),
                 ]
             }
+        };
+        if self.coated {
+            let (roughness, index) = ("roughness of the coat", "refractive index of the coat");
+            all.push(shape("coat_roughness", roughness, (0.01, 1.0), (0.05, 1.0), 0.1, Scale::Linear));
+            all.push(shape("coat_IOR", index, (1.0, 3.0), (1.1, 2.5), 1.5, Scale::Linear).fixed());
         }
+        if has_sheen {
+            let roughness = "roughness of the sheen";
+            all.push(shape("sheen_roughness", roughness, (0.01, 1.0), (0.1, 1.0), 0.3, Scale::Linear));
+        }
+        if let Base::Dielectric = self.base {
+            all.extend([
+                ParamSpec::amplitude("base_color", "albedo of the body", 1.0, 0.2),
+                shared("specular", "strength of the highlight", 1.0).fixed(),
+                ParamSpec::amplitude("specular_color", "tint of the highlight", 1.0, 1.0).fixed(),
+            ]);
+        }
+        if self.coated {
+            all.push(shared("coat", "strength of the coat", 0.5));
+        }
+        if has_sheen {
+            all.push(shared("sheen", "strength of the sheen", 0.3));
+            all.push(ParamSpec::amplitude("sheen_color", "tint of the sheen", 1.0, 1.0).fixed());
+        }
+        all
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
-        if let Base::Dielectric = self.base {
-            visitor.part::<Qualitative>(DIFFUSE_ROUGHNESS);
-            visitor.part::<Below>(ROUGHNESS);
-            visitor.next_term();
-        }
-        visitor.part::<Reshaped<Density<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
-        visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Isotropic>>, Mean>>(ROUGHNESS);
-        match self.base {
-            Base::Dielectric => visitor.part::<DielectricFacets>(ROUGHNESS),
-            Base::Metal => visitor.part::<MetalFacets>(ROUGHNESS),
+        self.show_base(visitor, false);
+        if self.coated {
+            self.show_base(visitor, true);
+            visitor.part::<Reshaped<Density<Ggx<Isotropic>>, Squared>>(COAT_ROUGHNESS);
+            visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Isotropic>>, Squared>>(COAT_ROUGHNESS);
+            visitor.part::<CoatFacets>(COAT_ROUGHNESS);
         }
     }
 
-    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 3] {
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; COEFFICIENTS] {
         let (zero, one) = (T::constant(0.0), T::constant(1.0));
-        match self.base {
-            Base::Dielectric => {
-                let [base, specular, tint] = amplitudes.take();
-                [base * specular, base * (one - specular), specular * tint]
+        let [base, specular, tint] = match self.base {
+            Base::Dielectric => amplitudes.take(),
+            Base::Metal => [zero, one, one],
+        };
+        let [coat] = if self.coated { amplitudes.take() } else { [zero] };
+        let [sheen, sheen_color] = if self.has_sheen() { amplitudes.take() } else { [zero, one] };
+        let mut below = Vec::with_capacity(COEFFICIENTS);
+        if let Base::Dielectric = self.base {
+            // 1 - specular X is this times 1 - X, and times 1.
+            let through = |amount: T| [amount * specular, amount * (one - specular)];
+            if self.sheen {
+                below.extend(through(base * (one - sheen)));
+                below.extend(through(base * sheen));
+                below.extend(through(sheen * sheen_color));
+            } else {
+                below.extend(through(base));
             }
-            Base::Metal => [one, zero, zero],
         }
+        below.push(specular * tint);
+        // 1 - coat Xc is this times 1, and times 1 - Xc.
+        let through_coat = if self.coated { vec![one - coat, coat] } else { vec![one] };
+        let dimmed = through_coat.iter().flat_map(|coat| below.iter().map(|amount| *amount * *coat));
+        let mut visited = dimmed.chain(std::iter::once(coat));
+        std::array::from_fn(|_| visited.next().unwrap_or(zero))
     }
 
     fn strength(&self) -> Strength {
