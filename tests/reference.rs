@@ -232,6 +232,7 @@ const VARIANTS: &[(&str, &str)] = &[
     ("standard-surface-metal-coat", "standard-surface(base=metal, coat=clear)"),
     ("standard-surface-sheen", "standard-surface(sheen=conty-kulla)"),
     ("standard-surface-coat-sheen", "standard-surface(coat=clear, sheen=conty-kulla)"),
+    ("blender-principled-coat", "blender-principled(coat=clear)"),
 ];
 
 fn expression(file: &str) -> Expression {
