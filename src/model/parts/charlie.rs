@@ -11,7 +11,8 @@
 //! ```
 //!
 //! Conty Estevez and Kulla 2017, Production Friendly Microfacet Sheen BRDF
-//! (<https://blog.selfshadow.com/publications/s2017-shading-course/imageworks/s2017_pbs_imageworks_sheen.pdf>), equations 2 and 3.
+//! (<https://blog.selfshadow.com/publications/s2017-shading-course/imageworks/s2017_pbs_imageworks_sheen.pdf>): D is
+//! equation 2, and Lambda the fit that KHR_materials_sheen of glTF prints.
 //!
 //! Lambda is a fit that stays finite at the horizon, where 1/(ci co) does not: within a hundredth of a degree of it V would grow
 //! without bound. So cosines are cut off at 2^-12, 0.014 degrees above the horizon.

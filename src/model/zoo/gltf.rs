@@ -62,7 +62,8 @@
 //! Reciprocal without the coat, with sheen too. With the coat f is not, as the extension says, since Fc depends on the viewer alone; wo is the viewer. Finite
 //! at grazing. Not energy conserving for dielectrics: the body is dimmed by 1 - F of the facet that reflects rather than by what the
 //! surface lets through, as the specification says itself. The highlight alone never gains energy; it loses what meets a second
-//! facet. Sheen with a sheen_roughness of 0.2 and less returns more than it receives within six degrees of grazing, up to twice as much at 0.1.
+//! facet. Sheen with a sheen_roughness of 0.2 and less returns more than it receives within three degrees
+//! of grazing, up to twice as much at 0.1.
 
 use crate::geometry::Geometry;
 use crate::math::{Real, Scalar};

@@ -75,7 +75,8 @@
 //! receive within a few percent, as A and B are fits. Lit from one direction near grazing they return more: the body is not dimmed by what
 //! the surface reflects of the light on its way in. Nor does G of the mean roughness belong to D of an anisotropic surface: at grazing a strong
 //! anisotropy makes the highlight alone return several times what it receives. A coat lets in what X, a fit at the viewer's side, leaves,
-//! with the same consequences. A sheen with a small roughness returns more than it receives near grazing, where its fit S ends at 1.
+//! with the same consequences. A sheen with a roughness of 0.1 and less returns more than it receives near grazing, where S ends at
+//! 1: 1.3 times at 0.1, four times at 0.01.
 
 use super::distribution_based::sum_less_product;
 use super::gltf::Squared;
