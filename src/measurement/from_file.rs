@@ -6,7 +6,7 @@ use crate::error::Error;
 use std::path::Path;
 
 impl Measurement {
-    /// Reads a file in any of the known formats: MERL tables, text tables of the Cornell gonioreflectometer, CSV. The
+    /// Reads a file in any of the formats of docs/use/formats.md, such as MERL tables and CSV. The
     /// format is recognised by the content; [`formats::read`](super::formats::read) can be given one instead.
     ///
     /// # Errors
