@@ -133,7 +133,7 @@ named! {
     LossKind (name): None Huber Cauchy;
     Method (name): Absolute Sandwich BlockBootstrap;
     Metric (name): L2 Log Cbrt UnbiasedCbrt;
-    OptionName (name): Bounds Fix Format Free HoldOut Init Loss LossScale Material MaxTheta Metric PerChannel Set Shared SigmaScale Svg TargetError
+    OptionName (name): Bounds Fix Format Free HoldOut Init Loss LossScale MaxTheta Metric PerChannel Set Shared SigmaScale Svg TargetError
         Thickness Tie Timeout Tolerance Uncertainty Weights;
     NoiseSource (name): Sigma Repeats ReciprocalPairs Neighbours;
     SigmaScale (name): Absolute Auto;

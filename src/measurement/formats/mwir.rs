@@ -10,7 +10,7 @@ use super::fields::{finite, polar_angle};
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
 use super::named_columns::{first_comment, for_each_row, has};
-use crate::error::{Error, NameKind, OptionName, Place, excerpt};
+use crate::error::{Error, NameKind, Place, excerpt};
 use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::{Channel, Instrument, Measurement, Remark};
 use std::collections::{BTreeMap, HashSet};
@@ -84,7 +84,7 @@ fn read(file: &mut File<'_>, options: &ReadOptions) -> Result<Measurement, Error
     };
     let read = options.material.as_ref().unwrap_or(first).clone();
     if !seen.contains(&read) {
-        return Err(Error::unknown(OptionName::Material, NameKind::Material, &all, read));
+        return Err(Error::unknown("--material", NameKind::Material, &all, read));
     }
     let mut remarks = vec![Remark::CosineDividedOut { angle: "theta_o" }];
     if all.len() > 1 {
