@@ -62,6 +62,8 @@ fn every_cut_and_every_damaged_byte() {
         ("ssdd", "text.ssdd"),
         ("ssdd", "binary.ssdd"),
         ("ssdd", "distorted.ssdd"),
+        ("rgl", "rgb.bsdf"),
+        ("rgl", "half-turn.bsdf"),
         ("drawdown", "own.csv"),
         ("drawdown", "channels.csv"),
         ("expression", "sum"),

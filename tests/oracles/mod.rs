@@ -9,7 +9,7 @@
 use brdfit::Error;
 use brdfit::drawdown::{self, Drawdown, Record, Surface};
 use brdfit::fit::{Options, evaluate};
-use brdfit::geometry::Azimuths;
+use brdfit::geometry::{Azimuths, Pair, direction};
 use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::csv::write as write_csv;
 use brdfit::measurement::formats::{
@@ -36,6 +36,7 @@ pub const TARGETS: &[Target] = &[
     ("merl", merl),
     ("zemax", zemax),
     ("ssdd", ssdd),
+    ("rgl", rgl),
     ("measurement", measurement),
     ("directions", directions),
     ("drawdown", drawdown),
@@ -232,6 +233,21 @@ pub fn ssdd(bytes: &[u8]) {
 /// Formats whose tables have places below the horizon leave them out, with no slack.
 fn check_above_horizon(m: &Measurement) {
     assert!(m.directions.iter().all(|g| g.wi[2] > 0.0 && g.wo[2] > 0.0));
+}
+
+/// RGL tensor files: f is finite everywhere, not only at the samples.
+pub fn rgl(bytes: &[u8]) {
+    let Some(m) = read(bytes, Some("rgl")) else { return };
+    check_round_trip(&m);
+    let continuous = m.continuous.as_ref().expect("an evaluation at all directions");
+    let mut values = vec![0.0; m.channels.len()];
+    for k in 0..24_u32 {
+        let [theta_i, theta_o] = [k % 4, k % 3].map(|n| 0.5 * f64::from(n));
+        let [phi_i, phi_o] = [k, 5 * k % 24].map(|n| f64::from(n) * 15.0_f64.to_radians() - 3.0);
+        let pair = Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) };
+        continuous.at(&pair, &mut values);
+        assert!(values.iter().all(|f| f.is_finite()), "{values:?} at {pair:?}");
+    }
 }
 
 /// A measurement in the format that its content shows, which is that of the format by name.

@@ -22,6 +22,7 @@ mod adaptive;
 mod read;
 mod tensor;
 mod warp;
+mod write;
 
 use super::file::File;
 use super::format::{Confidence, Format};
@@ -34,7 +35,7 @@ pub const FORMAT: Format = Format {
     read: read::read,
     directions: None,
     extensions: &["bsdf"],
-    write: None,
+    write: Some(write::write),
 };
 
 fn sniff(file: &File<'_>) -> Confidence {
