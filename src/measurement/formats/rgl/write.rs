@@ -74,7 +74,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
         let sum = |at: usize| values.iter().map(|row| row[at]).sum::<f64>();
         (0..pairs.len()).map(|at| sum(at) / values.len().max(1) as f64).collect()
     };
-    let (ndf, sigma) = normals(sizes, subject.isotropic, &mean)?;
+    let (ndf, sigma) = normals(sizes, subject.isotropic, &mean);
     let vndf = followed(sizes, &ndf, &phi_i, &theta_i, &mean);
     let warp = Warp::new(sizes.vndf[1], sizes.vndf[0], vndf.clone()).map_err(|_| Error::Encoding {
         format: "rgl",
@@ -185,100 +185,97 @@ fn normal(u: f64, v: f64) -> (DVec3, f64) {
     (direction(theta, unit_to_azimuth(v)), theta.sin() * PI * u * 2.0 * PI)
 }
 
-/// The density of normals and its projected area, from the light that is sent back.
-fn normals(sizes: &Sizes, isotropic: bool, mean: &Mean<'_>) -> Result<(Table, Table), Error> {
-    /// Cells over which the density is integrated.
-    const CELLS: [usize; 2] = [64, 128];
-    let [height, width] = sizes.ndf;
-    // One azimuth is enough for an isotropic BRDF.
-    let rows = if isotropic { 1 } else { height };
-    let back = |points: &[(f64, f64)]| -> Vec<f64> {
-        // f has no value at the horizon.
-        let towards = |(u, v): &(f64, f64)| {
-            let m = normal(u.min(0.999), *v).0;
-            Pair { wi: m, wo: m }
+/// A point of the unit square that stands for a normal.
+type Point = (f64, f64);
+
+/// The nodes of a table, row by row.
+fn nodes([height, width]: [usize; 2]) -> Vec<Point> {
+    (0..height * width).map(|at| (unit(at % width, width), unit(at / width, height))).collect()
+}
+
+/// Cells that normals are integrated over.
+struct Cells {
+    centres: Vec<Point>,
+    /// The normal in each, and its solid angle.
+    normals: Vec<(DVec3, f64)>,
+}
+
+impl Cells {
+    /// Number of cells along azimuths and polar angles.
+    const SIZES: [usize; 2] = [64, 128];
+
+    fn new() -> Self {
+        let [height, width] = Self::SIZES;
+        let centre = |at: usize| {
+            ((((at % width) as f64) + 0.5) / width as f64, (((at / width) as f64) + 0.5) / height as f64)
         };
-        let pairs: Vec<Pair> = points.iter().map(towards).collect();
-        let values = mean(&pairs);
-        values
-            .iter()
-            .zip(&pairs)
-            .map(|(f, pair)| if f.is_finite() { f.max(0.0) * pair.wi.z } else { 0.0 })
-            .collect()
-    };
-    let nodes: Vec<(f64, f64)> =
-        (0..rows).flat_map(|row| (0..width).map(move |x| (unit(x, width), unit(row, height)))).collect();
-    let cells: Vec<(f64, f64)> = (0..CELLS[0])
-        .flat_map(|y| {
-            (0..CELLS[1])
-                .map(move |x| ((x as f64 + 0.5) / CELLS[1] as f64, (y as f64 + 0.5) / CELLS[0] as f64))
-        })
-        .collect();
-    let sent_back = back(&nodes);
-    let at_cells = if isotropic {
-        // The same for all azimuths.
-        let row = back(&cells[..CELLS[1]]);
-        row.iter().copied().cycle().take(cells.len()).collect()
-    } else {
-        back(&cells)
-    };
-    let facets: Vec<(DVec3, f64)> = cells
-        .iter()
-        .map(|(u, v)| {
+        let centres: Vec<Point> = (0..height * width).map(centre).collect();
+        let of_cell = |(u, v): &Point| {
             let (m, area) = normal(*u, *v);
-            (m, area / (CELLS[0] * CELLS[1]) as f64)
-        })
-        .collect();
-    // The projected area at the nodes of its table, from the density in the cells.
-    let [sigma_height, sigma_width] = sizes.sigma;
-    let sigma_rows = if isotropic { 1 } else { sigma_height };
-    let seen: Vec<DVec3> = (0..sigma_rows)
-        .flat_map(|row| {
-            (0..sigma_width).map(move |x| normal(unit(x, sigma_width), unit(row, sigma_height)).0)
-        })
-        .collect();
-    let projected = |density: &[f64]| -> Table {
-        let area = |v: &DVec3| -> f64 {
-            facets.iter().zip(density).map(|((m, area), d)| d * area * m.dot(*v).max(0.0)).sum()
+            (m, area / (height * width) as f64)
         };
-        let data: Vec<f32> = seen.par_iter().map(|v| single(area(v))).collect();
-        let data = if isotropic { data.repeat(sigma_height) } else { data };
-        Table { width: sigma_width, height: sigma_height, data }
+        let normals = centres.iter().map(of_cell).collect();
+        Self { centres, normals }
+    }
+
+    /// The projected area of normals of that density, seen from a direction.
+    fn projected(&self, density: &[f64], from: DVec3) -> f64 {
+        self.normals.iter().zip(density).map(|((m, area), d)| d * area * m.dot(from).max(0.0)).sum()
+    }
+}
+
+/// f cos(theta) where light is sent back to where it came from.
+fn sent_back(points: &[Point], mean: &Mean<'_>) -> Vec<f64> {
+    // f has no value at the horizon.
+    let towards = |(u, v): &Point| {
+        let m = normal(u.min(0.999), *v).0;
+        Pair { wi: m, wo: m }
     };
-    // The uniform part, and the density of normals whose projected area is 1 from above.
-    let finished = |sent: &[f64], sigma: &Table, points: &[(f64, f64)], scale: f64| -> Vec<f64> {
-        let value = |(sent, (u, v)): (&f64, &(f64, f64))| {
-            (1.0 - UNIFORM) * scale * sent * sigma.at([*u, *v]) + UNIFORM / PI
-        };
+    let pairs: Vec<Pair> = points.iter().map(towards).collect();
+    let usable = |f: f64| if f.is_finite() { f.max(0.0) } else { 0.0 };
+    mean(&pairs).into_iter().zip(&pairs).map(|(f, pair)| usable(f) * pair.wi.z).collect()
+}
+
+/// The density of normals and its projected area, from the light that is sent back.
+fn normals(sizes: &Sizes, isotropic: bool, mean: &Mean<'_>) -> (Table, Table) {
+    // Of an isotropic BRDF, one row is evaluated, and all rows are the same.
+    let rows = |[height, width]: [usize; 2]| {
+        let mut points = nodes([height, width]);
+        points.truncate(if isotropic { width } else { points.len() });
+        points
+    };
+    let spread = |row: Vec<f32>, height: usize| if isotropic { row.repeat(height) } else { row };
+    let cells = Cells::new();
+    let at_cells = if isotropic {
+        let row = sent_back(&cells.centres[..Cells::SIZES[1]], mean);
+        row.iter().copied().cycle().take(cells.centres.len()).collect()
+    } else {
+        sent_back(&cells.centres, mean)
+    };
+    // D is 0.9 times what is sent back by the projected area, scaled so that seen from above its own projected area is 1, and the uniform part.
+    let density = |sent: &[f64], sigma: &Table, points: &[Point]| -> Vec<f64> {
+        let by_area: Vec<f64> =
+            at_cells.iter().zip(&cells.centres).map(|(sent, (u, v))| sent * sigma.at([*u, *v])).collect();
+        let total = cells.projected(&by_area, DVec3::Z);
+        let scale = if total > 0.0 && total.is_finite() { (1.0 - UNIFORM) / total } else { 0.0 };
+        let value = |(sent, (u, v)): (&f64, &Point)| scale * sent * sigma.at([*u, *v]) + UNIFORM / PI;
         sent.iter().zip(points).map(value).collect()
     };
-    let scale_of = |sigma: &Table| {
-        let above = |((m, area), (sent, (u, v))): (&(DVec3, f64), (&f64, &(f64, f64)))| {
-            sent * sigma.at([*u, *v]) * area * m.z
-        };
-        let total: f64 = facets.iter().zip(at_cells.iter().zip(&cells)).map(above).sum();
-        if total > 0.0 && total.is_finite() { 1.0 / total } else { 0.0 }
-    };
+    let [height, width] = sizes.sigma;
+    let seen: Vec<DVec3> = rows(sizes.sigma).into_iter().map(|(u, v)| normal(u, v).0).collect();
     let mut sigma = Table { width: 2, height: 2, data: vec![1.0; 4] };
     for _ in 0..ITERATIONS {
-        let density = finished(&at_cells, &sigma, &cells, scale_of(&sigma));
-        sigma = projected(&density);
+        let density = density(&at_cells, &sigma, &cells.centres);
+        let data = seen.par_iter().map(|from| single(cells.projected(&density, *from))).collect();
+        sigma = Table { width, height, data: spread(data, height) };
     }
-    let scale = scale_of(&sigma);
-    let density = finished(&sent_back, &sigma, &nodes, scale);
-    if density.iter().any(|d| !d.is_finite()) {
-        return Err(Error::Encoding {
-            format: "rgl",
-            reason: "f is infinite where light is sent back".to_owned(),
-        });
-    }
-    let data: Vec<f32> = density.into_iter().map(single).collect();
-    let mut data = if isotropic { data.repeat(height) } else { data };
-    if !isotropic {
-        // -180 and 180 degrees are the same azimuth.
-        data.copy_within(..width, (height - 1) * width);
-    }
-    Ok((Table { width, height, data }, sigma))
+    let [height, width] = sizes.ndf;
+    let points = rows(sizes.ndf);
+    let data = density(&sent_back(&points, mean), &sigma, &points).into_iter().map(single).collect();
+    let mut data = spread(data, height);
+    // -180 and 180 degrees are the same azimuth.
+    data.copy_within(..width, (height - 1) * width);
+    (Table { width, height, data }, sigma)
 }
 
 /// The density that the nodes follow, for every direction of incidence, per area of the unit square.
@@ -288,8 +285,7 @@ fn normals(sizes: &Sizes, isotropic: bool, mean: &Mean<'_>) -> Result<(Table, Ta
 /// gloss, while most of what is sent back comes from the paint.
 fn followed(sizes: &Sizes, ndf: &Table, phi_i: &[f64], theta_i: &[f64], mean: &Mean<'_>) -> Vec<f32> {
     let [height, width] = sizes.vndf;
-    let nodes: Vec<(f64, f64)> =
-        (0..height * width).map(|at| (unit(at % width, width), unit(at / width, height))).collect();
+    let nodes = nodes([height, width]);
     let mut density = Vec::with_capacity(phi_i.len() * theta_i.len() * nodes.len());
     for phi in phi_i {
         for theta in theta_i {
