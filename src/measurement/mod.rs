@@ -10,6 +10,7 @@ mod from_file;
 mod incidence;
 mod instrument;
 pub mod interpolant;
+mod known;
 #[doc(hidden)]
 pub mod merl_digests;
 mod predicted;
@@ -26,6 +27,7 @@ pub use draws::Draws;
 pub use incidence::IncidenceGroups;
 pub use instrument::{Instrument, TotalScatter};
 pub use interpolant::Interpolant;
+pub use known::KnownSamples;
 #[doc(hidden)]
 pub use predicted::Predicted;
 pub use remark::Remark;

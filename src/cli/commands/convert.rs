@@ -12,7 +12,7 @@ use brdfit::image::{Illuminant, PRIMARIES, Primaries, REC709, Route, ToRgb};
 use brdfit::measurement::formats::{
     AngleGrid, Format, REGISTRY, Resampling, Subject, Written, csv, everywhere, read_directions, resampling,
 };
-use brdfit::measurement::{Channel, Interpolant, Measurement};
+use brdfit::measurement::{Channel, Interpolant, KnownSamples, Measurement};
 use brdfit::model::LobeValues;
 use brdfit::report::Recorded;
 use clap::builder::PossibleValuesParser;
@@ -144,7 +144,7 @@ struct Source {
 }
 
 enum Kind {
-    Measured(Box<Measurement>, Box<Interpolant>),
+    Measured { measurement: Box<Measurement>, known: KnownSamples, interpolant: Box<Interpolant> },
     Fitted { recorded: Box<Recorded>, values: Vec<Vec<LobeValues>>, colours: Option<ToRgb> },
 }
 
@@ -167,7 +167,11 @@ impl Source {
             channels: measurement.channels.clone(),
             isotropic: interpolant.symmetry().is_none_or(|symmetry| symmetry.isotropic),
             about: format!("brdfit {}: {}", env!("CARGO_PKG_VERSION"), name(&measurement.source.path)),
-            kind: Kind::Measured(Box::new(measurement), Box::new(interpolant)),
+            kind: Kind::Measured {
+                known: KnownSamples::new(&measurement),
+                measurement: Box::new(measurement),
+                interpolant: Box::new(interpolant),
+            },
             notes,
         })
     }
@@ -201,7 +205,19 @@ impl Source {
     /// f in 1/sr by channel and pair.
     fn at(&self, pairs: &[Pair]) -> Vec<Vec<f64>> {
         match &self.kind {
-            Kind::Measured(_, interpolant) => interpolant.at(pairs).values,
+            Kind::Measured { measurement, known, interpolant } => {
+                let mut values = interpolant.at(pairs).values;
+                // An interpolant may average samples; those at the very directions stay as they are.
+                for (at, sample) in pairs.iter().map(|pair| known.at(pair)).enumerate() {
+                    let Some(sample) = sample else { continue };
+                    for (row, own) in values.iter_mut().zip(&measurement.values) {
+                        if let (Some(value), Some(f)) = (row.get_mut(at), own.get(sample)) {
+                            *value = *f;
+                        }
+                    }
+                }
+                values
+            }
             Kind::Fitted { recorded, values, colours } => {
                 let rows = recorded.expression.values(&Directions::Scattered(pairs.to_vec()), values);
                 match colours {
@@ -215,7 +231,7 @@ impl Source {
     /// Whether there are data around each pair.
     fn covered(&self, pairs: &[Pair]) -> Vec<bool> {
         match &self.kind {
-            Kind::Measured(_, interpolant) => interpolant.at(pairs).covered,
+            Kind::Measured { interpolant, .. } => interpolant.at(pairs).covered,
             Kind::Fitted { .. } => everywhere(pairs),
         }
     }
@@ -250,7 +266,7 @@ impl Source {
             at: &at,
             covered: &covered,
             measurement: match &self.kind {
-                Kind::Measured(measurement, _) => Some(measurement),
+                Kind::Measured { measurement, .. } => Some(measurement),
                 Kind::Fitted { .. } => None,
             },
             isotropic: self.isotropic,
