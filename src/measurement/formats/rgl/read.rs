@@ -305,13 +305,13 @@ fn grid(phis: usize, thetas: usize, side: usize, step: usize, skip: usize) -> St
     } else {
         format!("{phis} azimuths x {thetas} angles of incidence")
     };
-    let every = |step: usize, what: &str| match step {
-        1 => format!("the {what}"),
-        2 => format!("every second one of the {what}"),
-        _ => format!("every {step}th one of the {what}"),
+    let nodes = match step {
+        1 => format!("the {side} x {side} nodes"),
+        _ => format!("one in {step} along either side of the {side} x {side} nodes"),
     };
-    let nodes = every(step, &format!("{side} x {side} nodes"));
-    let tables =
-        if skip == 1 { format!("the {incidence}") } else { every(skip, &format!("pairs of {incidence}")) };
+    let tables = match skip {
+        1 => format!("the {incidence}"),
+        _ => format!("one in {skip} of the {incidence}"),
+    };
     format!("{nodes} that the file has for each of {tables}, denser where its density of normals is higher")
 }
