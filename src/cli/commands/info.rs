@@ -6,6 +6,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
 use brdfit::error::excerpt;
+use brdfit::measurement::formats::named;
 use brdfit::measurement::{
     ALBEDO_LIMIT_DEG, Coverage, Instrument, Measurement, TotalScatter, coverage, dead_channel_doubts,
     dead_channels, merl_digests,
@@ -179,7 +180,8 @@ fn instrument_text(record: &InstrumentRecord) -> String {
 }
 
 fn text(r: &InfoRecord) -> String {
-    let mut text = format!("{}\nformat       {}\nSHA-256      {}\n", r.path, r.format, r.sha256);
+    let summary = named(r.format).map_or_else(|_| String::new(), |format| format!(": {}", format.summary));
+    let mut text = format!("{}\nformat       {}{summary}\nSHA-256      {}\n", r.path, r.format, r.sha256);
     if let Some(material) = r.genuine_merl {
         text += &format!("             genuine MERL {material}\n");
     } else if r.format == "merl" {

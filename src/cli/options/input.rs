@@ -42,8 +42,8 @@ fn alternatives(names: &[&str]) -> String {
 
 /// The help text of an argument that names one or several measurements.
 pub fn measurement_help(what: &str) -> String {
-    let summaries: Vec<&str> = REGISTRY.iter().map(|format| format.summary).collect();
-    format!("{what}: {}", alternatives(&summaries))
+    let names: Vec<&str> = REGISTRY.iter().map(|format| format.name).collect();
+    format!("{what} (formats: {})", names.join(", "))
 }
 
 /// The help text of `--format`.
@@ -258,7 +258,7 @@ mod tests {
     fn help_names_every_format() {
         let (measurement, format) = (measurement_help("Measurement"), format_help());
         for known in REGISTRY {
-            assert!(measurement.contains(known.summary), "{}: {measurement}", known.name);
+            assert!(measurement.contains(known.name), "{}: {measurement}", known.name);
             assert!(format.contains(known.name), "{}: {format}", known.name);
         }
     }
