@@ -1,5 +1,6 @@
 //! `brdfit info`.
 
+use super::{GOOD, assert_refused, refused};
 use crate::common::Folder;
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use serde_json::json;
@@ -45,3 +46,34 @@ fn info_describes_a_file() {
 }
 
 const SHA256_OF_PAIR: &str = "baee70616e4b4261aae1aa97bb51eb4dd31d0b82413462904bebc94246ae3f44";
+
+#[test]
+fn a_material_is_named_only_where_there_are_several() {
+    let folder = Folder::new();
+    folder.write("one.csv", GOOD);
+    let rows = "steel,30,40,0.5,1\nsteel,50,20,0.4,1\nbrass,30,40,0.9,1\n";
+    folder.write("two.csv", format!("material,theta_i_deg,theta_o_deg,brdf_per_sr,L_o\n{rows}"));
+    let of = |line: &str| {
+        let run = folder.brdfit(line);
+        assert_eq!(run.code, Some(0), "{run:?}");
+        assert!(run.stderr.contains("one of 2: 'steel', 'brass'"), "{run:?}");
+        run.json()["samples"].as_u64().unwrap()
+    };
+    assert_eq!(of("info two.csv --json"), 2);
+    assert_eq!(of("info two.csv --material brass --json"), 1);
+    assert_refused(
+        &folder,
+        &[
+            refused(
+                "no such material",
+                "info two.csv --material bras",
+                &["steel, brass", "did you mean 'brass'"],
+            ),
+            refused(
+                "a file of one",
+                "info one.csv --material steel",
+                &["--material", "one material", "mwir"],
+            ),
+        ],
+    );
+}

@@ -86,6 +86,8 @@ pub struct Format {
     /// Reads only the directions, from a file that need not contain anything else. `None` if the format has no such
     /// files: the directions are then those of the measurement.
     pub directions: Option<ReadDirections>,
+    /// Whether a file may hold several materials, of which [`ReadOptions::material`] names one.
+    pub several_materials: bool,
     /// The usual endings of the names of its files, without the dot, which choose it when a file is written.
     pub extensions: &'static [&'static str],
     /// Writes a file; `None` if the format is only read.

@@ -31,6 +31,7 @@ pub const FORMAT: Format = Format {
     sniff,
     read,
     directions: None,
+    several_materials: false,
     extensions: &["binary"],
     write: Some(write),
 };

@@ -74,6 +74,15 @@ pub fn read_file(
         Some(name) => named(name)?,
         None => recognise(&file)?,
     };
+    if let Some(material) = options.material.as_ref().filter(|_| !format.several_materials) {
+        let several: Vec<&str> = REGISTRY.iter().filter(|f| f.several_materials).map(|f| f.name).collect();
+        let expected = format!(
+            "no such option for {}, whose files hold one material; for {}",
+            format.name,
+            several.join(", ")
+        );
+        return Err(Error::invalid("--material", expected, excerpt(material)));
+    }
     let mut measurement = (format.read)(&mut file, options)?;
     measurement.source = Source { path: file.path.to_owned(), format: format.name, sha256: file.sha256() };
     Ok(measurement)

@@ -25,6 +25,7 @@ pub const FORMAT: Format = Format {
     sniff,
     read,
     directions: None,
+    several_materials: false,
     extensions: &[],
     write: None,
 };

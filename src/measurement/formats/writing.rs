@@ -27,6 +27,32 @@ pub struct Subject<'a> {
     pub grid: Option<&'a AngleGrid>,
 }
 
+/// How many of the directions at which a BRDF is written have data around them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Covered {
+    outside: usize,
+    all: usize,
+}
+
+impl Covered {
+    /// Counts some of the directions at which `subject` is written.
+    pub(super) fn count(&mut self, subject: &Subject<'_>, pairs: &[Pair]) {
+        self.outside += (subject.covered)(pairs).iter().filter(|covered| !**covered).count();
+        self.all += pairs.len();
+    }
+
+    /// The sentence about those without data around them, if there are any.
+    pub(super) fn loss(self) -> Option<String> {
+        let Self { outside, all } = self;
+        let sentence = || {
+            format!(
+                "{outside} of {all} directions lie outside the measured ones: their values are extrapolated"
+            )
+        };
+        (outside > 0).then(sentence)
+    }
+}
+
 impl Subject<'_> {
     /// The samples of the measurement, or without one, or with a grid, the values at a grid of angles: by default every 10 degrees of
     /// theta_i, every 5 of theta_o and every 15 of phi, and of phi_i every 30 unless f is isotropic.

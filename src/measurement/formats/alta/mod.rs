@@ -26,6 +26,7 @@ pub const FORMAT: Format = Format {
     sniff,
     read,
     directions: None,
+    several_materials: false,
     extensions: &[],
     write: None,
 };

@@ -16,6 +16,7 @@ pub const FORMAT: Format = Format {
     sniff,
     read,
     directions: Some(directions),
+    several_materials: false,
     extensions: &["csv"],
     write: Some(super::write::write_subject),
 };

@@ -2,9 +2,9 @@
 
 use super::columns::{ANGLES, Columns, records};
 use crate::error::{Error, excerpt};
-use crate::geometry::{Geometry, spherical_degrees};
+use crate::geometry::{Geometry, Pair, spherical_degrees};
 use crate::measurement::Measurement;
-use crate::measurement::formats::writing::{Subject, Written};
+use crate::measurement::formats::writing::{Covered, Subject, Written};
 use std::fmt::Write as _;
 
 /// Writes the measurement as CSV in this project's own format, with `comments` at the beginning.
@@ -43,7 +43,15 @@ pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, E
 pub(super) fn write_subject(subject: &Subject<'_>) -> Result<Written, Error> {
     let sampled = subject.sampled();
     let comments = [subject.about.to_owned(), "angles in degrees, values in 1/sr".to_owned()];
-    Ok(Written { bytes: write(&sampled, &comments)?.into_bytes(), losses: Vec::new() })
+    let mut covered = Covered::default();
+    if subject.grid.is_some() {
+        let pairs = sampled.directions.iter().map(|g| Pair { wi: g.wi.into(), wo: g.wo.into() });
+        covered.count(subject, &pairs.collect::<Vec<_>>());
+    }
+    Ok(Written {
+        bytes: write(&sampled, &comments)?.into_bytes(),
+        losses: covered.loss().into_iter().collect(),
+    })
 }
 
 /// The header with the names of the columns, quoted if necessary.

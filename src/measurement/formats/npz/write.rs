@@ -3,7 +3,7 @@
 use super::npy::{floats, strings};
 use crate::error::Error;
 use crate::geometry::{Directions, Pair, direction, spherical_degrees};
-use crate::measurement::formats::writing::{AngleGrid, Subject, Written};
+use crate::measurement::formats::writing::{AngleGrid, Covered, Subject, Written};
 use std::io::{Cursor, Write as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
@@ -31,7 +31,11 @@ pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
         }
         (_, grid) => {
             let angles = on_grid(grid.unwrap_or(&AngleGrid::default()), subject.isotropic)?;
-            let values = (subject.at)(&pairs(&angles));
+            let pairs = pairs(&angles);
+            let values = (subject.at)(&pairs);
+            let mut covered = Covered::default();
+            covered.count(subject, &pairs);
+            losses.extend(covered.loss());
             let missing = values.iter().flatten().filter(|f| !f.is_finite()).count();
             if missing > 0 {
                 losses.push(format!(

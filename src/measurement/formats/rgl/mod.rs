@@ -34,6 +34,7 @@ pub const FORMAT: Format = Format {
     sniff,
     read: read::read,
     directions: None,
+    several_materials: false,
     extensions: &["bsdf"],
     write: Some(write::write),
 };

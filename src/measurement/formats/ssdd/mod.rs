@@ -29,6 +29,7 @@ pub const FORMAT: Format = Format {
     sniff,
     read: read::read,
     directions: None,
+    several_materials: false,
     extensions: &["ssdd"],
     write: Some(write::write),
 };

@@ -5,7 +5,7 @@ use crate::error::{Error, excerpt, listed};
 use crate::geometry::Pair;
 use crate::measurement::Measurement;
 use crate::measurement::formats::specular::{LEAST_COSINE, SpecularGrid, close, lists_of, polar, sorted};
-use crate::measurement::formats::writing::{AngleGrid, Subject, Written};
+use crate::measurement::formats::writing::{AngleGrid, Covered, Subject, Written};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
@@ -47,8 +47,10 @@ pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
     let _ = writeln!(text, "SOURCE_TYPE {source}\nDATA {}", if binary { "binary" } else { "ascii" });
 
     let mut bytes = text.into_bytes();
+    let mut covered = Covered::default();
     for places in places.chunks(PIECE) {
         let pairs: Vec<Pair> = places.iter().flatten().copied().collect();
+        covered.count(subject, &pairs);
         let values = (subject.at)(&pairs);
         if values.iter().flatten().any(|f| !f.is_finite()) {
             return Err(Error::invalid("values", "finite values", "NaN or infinity"));
@@ -71,6 +73,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
             at += usize::from(place.is_some());
         }
     }
+    losses.extend(covered.loss());
     Ok(Written { bytes, losses })
 }
 

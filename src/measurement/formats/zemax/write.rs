@@ -4,7 +4,7 @@ use super::LISTS;
 use crate::error::Error;
 use crate::geometry::Pair;
 use crate::measurement::formats::specular::{LEAST_COSINE, SpecularGrid, pair};
-use crate::measurement::formats::writing::{Subject, Written};
+use crate::measurement::formats::writing::{Covered, Subject, Written};
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
@@ -43,6 +43,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
         let _ = write!(text, "{keyword}\t{}\n{}\n", angles.len(), listed.join("\t"));
     }
     let blocks = Blocks::of(subject, &grid, !tristimulus)?;
+    losses.extend(blocks.covered.loss());
     if blocks.zeros > 0 {
         losses.push(format!(
             "0 means \"not measured\" in a Zemax file: {} values above the horizon are 0",
@@ -78,16 +79,23 @@ struct Blocks {
     of_channels: Vec<Vec<Block>>,
     /// The number of values above the horizon that are 0.
     zeros: usize,
+    /// How many of the directions have data around them.
+    covered: Covered,
 }
 
 impl Blocks {
     fn of(subject: &Subject<'_>, grid: &SpecularGrid, mean: bool) -> Result<Self, Error> {
         let channels = if mean { 1 } else { subject.channels.len() };
-        let mut blocks = Self { of_channels: (0..channels).map(|_| Vec::new()).collect(), zeros: 0 };
+        let mut blocks = Self {
+            of_channels: (0..channels).map(|_| Vec::new()).collect(),
+            zeros: 0,
+            covered: Covered::default(),
+        };
         for rotation in &grid.rotations {
             for incidence in &grid.incidences {
                 let places = grid.above_horizon(*rotation, *incidence);
                 let pairs: Vec<Pair> = places.iter().flatten().copied().collect();
+                blocks.covered.count(subject, &pairs);
                 let (around, weights) = hemisphere(*incidence, *rotation, subject.isotropic);
                 let [values, everywhere] =
                     [&pairs, &around].map(|pairs| channel_values(subject, pairs, mean));
