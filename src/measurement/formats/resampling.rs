@@ -4,7 +4,7 @@ use super::format::{Format, ReadOptions};
 use super::writing::Subject;
 use super::{File, read_file};
 use crate::error::Error;
-use crate::geometry::{Directions, Pair};
+use crate::geometry::{Directions, Geometry, Pair};
 use crate::measurement::interpolant::Interpolant;
 use crate::synthetic::scattered_directions;
 use std::path::Path;
@@ -22,7 +22,7 @@ pub struct Resampling {
 
 /// Number of pairs at which a model is compared, and the largest number for a measurement.
 const PAIRS: usize = 4000;
-/// Largest angle at which a model is compared, degrees.
+/// Largest angle at which a model is compared, and a measurement that has any smaller one, degrees: beyond it f grows without bound.
 const STEEPEST_DEG: f64 = 80.0;
 
 /// Reads a file back and compares it with its subject: a measurement at its own samples, a model at random directions. `None` if
@@ -35,10 +35,16 @@ pub fn resampling(bytes: &[u8], format: &Format, subject: &Subject<'_>) -> Resul
     let read = read_file(file, Some(format.name), &ReadOptions::new())?;
     let (pairs, wanted) = match subject.measurement {
         Some(measurement) => {
-            let n = measurement.directions.len();
+            let least_cos = STEEPEST_DEG.to_radians().cos();
+            let near = |(_, g): &(usize, Geometry<f64>)| g.cos_i().min(g.cos_o()) >= least_cos;
+            let mut indices: Vec<usize> =
+                measurement.directions.iter().enumerate().filter(near).map(|(index, _)| index).collect();
+            if indices.is_empty() {
+                indices = (0..measurement.directions.len()).collect();
+            }
             // Every so many samples, so that all parts of the file are compared.
-            let step = n.div_ceil(PAIRS).max(1);
-            let indices: Vec<usize> = (0..n).step_by(step).collect();
+            let step = indices.len().div_ceil(PAIRS).max(1);
+            let indices: Vec<usize> = indices.into_iter().step_by(step).collect();
             let part = measurement.directions.select(&indices);
             let pairs: Vec<Pair> = part.iter().map(|g| Pair { wi: g.wi.into(), wo: g.wo.into() }).collect();
             let values =
