@@ -29,7 +29,7 @@ struct Sizes {
     sigma: [usize; 2],
     /// Of the density of visible normals.
     vndf: [usize; 2],
-    /// Along either side of the tables of spectra.
+    /// Along either side of the tables of spectra, at most.
     side: usize,
 }
 
@@ -41,11 +41,14 @@ const ANISOTROPIC: Sizes = Sizes { ndf: [256, 256], sigma: [64, 64], vndf: [64, 
 /// The largest angle of incidence, degrees: at 90 degrees f has no value.
 const LARGEST_DEG: f64 = 89.9;
 /// Number of angles of incidence of an isotropic BRDF.
-const THETA_I: usize = 48;
+const THETA_I: usize = 40;
 /// Number of angles of incidence of an anisotropic BRDF.
 const ANISOTROPIC_THETA_I: usize = 18;
 /// Number of azimuths of incidence of an anisotropic BRDF, -180 and 180 degrees both counted.
 const PHI_I: usize = 25;
+/// Number of values in the tables of spectra from which on they get fewer nodes, and the least number of these along either side.
+const MANY_VALUES: usize = 8_000_000;
+const LEAST_SIDE: usize = 24;
 /// The part of the density of normals that is uniform.
 const UNIFORM: f64 = 0.1;
 /// The number of iterations of the projected area: each reduces the error by the ratio of two eigenvalues, a third or less.
@@ -80,6 +83,11 @@ pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
         format: "rgl",
         reason: "the BRDF has no density of normals".to_owned(),
     })?;
+    let channels = match &colours {
+        Colours::Spectral(wavelengths) => wavelengths.len(),
+        Colours::Rgb(_) => 3,
+    };
+    let nodes = MANY_VALUES / (phi_i.len() * theta_i.len() * channels);
     let mut adaptive = Adaptive {
         phi_i,
         theta_i,
@@ -87,11 +95,8 @@ pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
         ndf,
         sigma,
         vndf: warp,
-        channels: match &colours {
-            Colours::Spectral(wavelengths) => wavelengths.len(),
-            Colours::Rgb(_) => 3,
-        },
-        side: sizes.side,
+        channels,
+        side: nodes.isqrt().clamp(LEAST_SIDE, sizes.side),
         spectra: Vec::new(),
         scaled: true,
     };
@@ -281,8 +286,9 @@ fn normals(sizes: &Sizes, isotropic: bool, mean: &Mean<'_>) -> (Table, Table) {
 /// The density that the nodes follow, for every direction of incidence, per area of the unit square.
 ///
 /// A third of it is the density of visible normals. A third is that of all normals, without which hardly a node would be left for those
-/// that are turned away from grazing light. A third is the reflected light itself, which for a glossy paint near grazing comes from the
-/// gloss, while most of what is sent back comes from the paint.
+/// that are turned away from grazing light, per polar angle instead of solid angle: where a density vanishes with the sine of the polar
+/// angle, the first cell beside the normal is a wide one, across which f changes like a square root. A third is the reflected light itself,
+/// which for a glossy paint near grazing comes from the gloss, while most of what is sent back comes from the paint.
 fn followed(sizes: &Sizes, ndf: &Table, phi_i: &[f64], theta_i: &[f64], mean: &Mean<'_>) -> Vec<f32> {
     let [height, width] = sizes.vndf;
     let nodes = nodes([height, width]);
@@ -294,8 +300,8 @@ fn followed(sizes: &Sizes, ndf: &Table, phi_i: &[f64], theta_i: &[f64], mean: &M
             let parts = nodes.iter().map(|(u, v)| {
                 // The azimuths of normals of an isotropic BRDF count from that of incidence, 0.
                 let (m, area) = normal(*u, *v);
-                let d = ndf.at([*u, *v]) * area;
-                [d * m.dot(wi).max(0.0), d * m.z, light.at([*u, *v])]
+                let d = ndf.at([*u, *v]);
+                [d * area * m.dot(wi).max(0.0), d * u * m.z, light.at([*u, *v])]
             });
             let parts: Vec<[f64; 3]> = parts.collect();
             let weight = |part: usize| {
