@@ -3,11 +3,12 @@
 //! `#` comments, the number of wavelengths, the wavelengths in nanometres, then one sample per line: theta_i, phi_i,
 //! theta_o, phi_o in radians and f in 1/sr for each wavelength. Any white space separates values.
 
-use super::fields::{finite, polar_angle};
+use super::fields::{self, finite, no_number, polar_angle};
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
+use super::rows::{Part, Rows};
 use crate::error::{Error, Place, excerpt};
-use crate::geometry::{Directions, Pair, direction};
+use crate::geometry::{Pair, direction};
 use crate::measurement::{Channel, Measurement};
 use std::collections::HashSet;
 
@@ -48,8 +49,11 @@ fn sniff(file: &File<'_>) -> Confidence {
 }
 
 fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
-    let text = file.text()?;
-    let mut words = words(&text);
+    file.with_text(read_text)
+}
+
+fn read_text(file: &File<'_>, text: &str) -> Result<Measurement, Error> {
+    let mut words = words(text);
     let Some((line, first)) = words.next() else {
         return Err(Error::malformed(file.path, Place::File, "the number of wavelengths", "only comments"));
     };
@@ -82,11 +86,22 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         return Err(Error::malformed(file.path, Place::of_line(line), expected, excerpt(word)));
     }
 
-    let mut pairs = Vec::new();
-    let mut values: Vec<Vec<f64>> = vec![Vec::new(); number];
-    for (index, line) in text.lines().enumerate().skip(last_line) {
-        let place = Place::of_line(index + 1);
-        let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();
+    let mut rows = Part::new(text);
+    for _ in 0..last_line {
+        rows.next_line();
+    }
+    let parts = rows.read(|part| read_rows(file, part, &channels))?;
+    Ok(Rows::joined(number, parts).measurement(channels))
+}
+
+/// The samples of some lines.
+fn read_rows(file: &File<'_>, part: Part<'_>, channels: &[Channel]) -> Result<Rows, Error> {
+    let number = channels.len();
+    let mut rows = Rows::new(number);
+    let mut words: Vec<&str> = Vec::new();
+    for (place, line) in part.lines() {
+        words.clear();
+        words.extend(line.split('#').next().unwrap_or_default().split_whitespace());
         if words.is_empty() {
             continue;
         }
@@ -97,13 +112,14 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
             return Err(Error::malformed(file.path, place, expected, format!("{} numbers", words.len())));
         };
         let polar = |what, word| polar_angle(file, place, what, finite(file, place, what, word)?);
-        pairs.push(Pair {
+        rows.pairs.push(Pair {
             wi: direction(polar("theta_i", theta_i)?, finite(file, place, "phi_i", phi_i)?),
             wo: direction(polar("theta_o", theta_o)?, finite(file, place, "phi_o", phi_o)?),
         });
-        for ((row, word), channel) in values.iter_mut().zip(sampled).zip(&channels) {
-            row.push(finite(file, place, &format!("{} nm", channel.name), word)?);
+        for ((row, word), channel) in rows.values.iter_mut().zip(sampled).zip(channels) {
+            let wrong = || no_number(file, place, &format!("{} nm", channel.name), word);
+            row.push(fields::number(word).ok_or_else(wrong)?);
         }
     }
-    Ok(Measurement::of(channels, Directions::Scattered(pairs), values))
+    Ok(rows)
 }

@@ -8,13 +8,17 @@ use crate::error::{Error, Place, excerpt, short};
 /// # Errors
 /// [`Error::Malformed`] for anything else, including NaN and infinity.
 pub(super) fn finite(file: &File<'_>, place: Place, what: &str, token: &str) -> Result<f64, Error> {
-    match token.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => {
-            let expected = format!("a finite number for {}", short(what));
-            Err(Error::malformed(file.path, place, expected, excerpt(token)))
-        }
-    }
+    number(token).ok_or_else(|| no_number(file, place, what, token))
+}
+
+/// A finite number; `None` for anything else, including NaN and infinity.
+pub(super) fn number(token: &str) -> Option<f64> {
+    token.trim().parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+/// The error for what is no finite number.
+pub(super) fn no_number(file: &File<'_>, place: Place, what: &str, token: &str) -> Error {
+    Error::malformed(file.path, place, format!("a finite number for {}", short(what)), excerpt(token))
 }
 
 /// Tolerance in radians for directions at the horizon that were rounded when written.

@@ -6,7 +6,7 @@ use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::io::Read;
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Number of bytes that are kept to recognise the format, more than any format needs.
 const HEAD_BYTES: u64 = 65536;
@@ -26,7 +26,8 @@ pub struct File<'a> {
     /// Its name as the user gave it.
     pub path: &'a Path,
     head: Vec<u8>,
-    rest: Box<dyn Read + Send + 'a>,
+    /// Locked so that threads may share the file; only one that has it to itself reads it.
+    rest: Mutex<Box<dyn Read + Send + 'a>>,
     hash: Hash,
     /// Total number of bytes; `None` if that is not known beforehand.
     length: Option<u64>,
@@ -55,14 +56,26 @@ impl<'a> File<'a> {
         let mut head = Vec::new();
         content.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(Error::read(path))?;
         if !head.starts_with(&GZIP) {
-            return Ok(Self { path, head, rest: Box::new(content), hash: Hash::default(), length: None });
+            return Ok(Self {
+                path,
+                head,
+                rest: Mutex::new(Box::new(content)),
+                hash: Hash::default(),
+                length: None,
+            });
         }
         let hash = Arc::new(Mutex::new(Sha256::new()));
         let packed = Hashed { inner: std::io::Cursor::new(head).chain(content), hash: Arc::clone(&hash) };
         let mut unpacked = Limited { inner: MultiGzDecoder::new(packed), left: MOST_UNPACKED };
         let mut head = Vec::new();
         unpacked.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(unreadable(path, true))?;
-        Ok(Self { path, head, rest: Box::new(unpacked), hash: Hash::OfPacked(hash), length: None })
+        Ok(Self {
+            path,
+            head,
+            rest: Mutex::new(Box::new(unpacked)),
+            hash: Hash::OfPacked(hash),
+            length: None,
+        })
     }
 
     /// Its number of bytes; `None` if that is not known before it is read.
@@ -84,6 +97,53 @@ impl<'a> File<'a> {
     /// # Errors
     /// [`Error::Malformed`] at the first byte that is 0 or not UTF-8; [`Error::Io`] if the file cannot be read.
     pub fn text(&mut self) -> Result<String, Error> {
+        self.with_text(|_, text| Ok(text.to_owned()))
+    }
+
+    /// What `read` makes of all of its content as text, like that of [`Self::text`]. The text is hashed meanwhile.
+    ///
+    /// # Errors
+    /// The errors of [`Self::text`] and of `read`.
+    pub fn with_text<T: Send>(
+        &mut self,
+        read: impl FnOnce(&Self, &str) -> Result<T, Error> + Send,
+    ) -> Result<T, Error> {
+        let bytes = self.checked()?;
+        let text = std::str::from_utf8(&bytes).map_err(|error| self.no_text(&bytes, error.valid_up_to()))?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        self.beside_hashing(&bytes, |file| read(file, text))
+    }
+
+    /// What `read` makes of all of its content, which may be at most `most` bytes, like that of [`Self::bytes`]. The bytes are hashed
+    /// meanwhile.
+    ///
+    /// # Errors
+    /// The errors of [`Self::bytes`] and of `read`.
+    pub fn with_bytes<T: Send>(
+        &mut self,
+        most: u64,
+        read: impl FnOnce(&Self, &[u8]) -> Result<T, Error> + Send,
+    ) -> Result<T, Error> {
+        let bytes = self.all(most)?;
+        self.beside_hashing(&bytes, |file| read(file, &bytes))
+    }
+
+    /// Hashes all of its content beside other work.
+    fn beside_hashing<T: Send>(&mut self, bytes: &[u8], work: impl FnOnce(&Self) -> T + Send) -> T {
+        let mut hash = std::mem::take(&mut self.hash);
+        let file = &*self;
+        let (result, ()) = rayon::join(|| work(file), || hash.update(bytes));
+        self.hash = hash;
+        result
+    }
+
+    /// What is left to read.
+    fn rest(&mut self) -> &mut (dyn Read + Send + 'a) {
+        self.rest.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// All of its content, each piece of which was found to be text.
+    fn checked(&mut self) -> Result<Vec<u8>, Error> {
         let mut bytes = std::mem::take(&mut self.head);
         let mut checked = 0;
         loop {
@@ -101,18 +161,12 @@ impl<'a> File<'a> {
             }
             checked += valid;
             let before = bytes.len();
-            let piece = self.rest.by_ref().take(TEXT_PIECE).read_to_end(&mut bytes);
+            let piece = self.rest().take(TEXT_PIECE).read_to_end(&mut bytes);
             piece.map_err(unreadable(self.path, self.hash.is_of_packed()))?;
             if bytes.len() == before {
-                break;
+                return Ok(bytes);
             }
         }
-        self.hash.update(&bytes);
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let at = error.utf8_error().valid_up_to();
-            self.no_text(error.as_bytes(), at)
-        })?;
-        Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
     }
 
     /// The error for a byte that cannot be part of a text.
@@ -149,6 +203,7 @@ impl<'a> File<'a> {
         let (before, begun) = head.split_at_checked(offset).unwrap_or((head, &[]));
         hash.update(before);
         let mut length = count(before.len());
+        let rest = rest.get_mut().unwrap_or_else(PoisonError::into_inner);
         let mut source = begun.chain(rest).take(most.saturating_add(1).saturating_sub(length));
         let mut current = vec![0; piece];
         let mut filled = fill(&mut source, &mut current).map_err(&unreadable)?;
@@ -176,10 +231,16 @@ impl<'a> File<'a> {
     /// # Errors
     /// [`Error::Malformed`] for a file that is longer; [`Error::Io`] if it cannot be read.
     pub fn bytes(&mut self, most: u64) -> Result<Vec<u8>, Error> {
+        let bytes = self.all(most)?;
+        self.hash.update(&bytes);
+        Ok(bytes)
+    }
+
+    /// Like [`Self::bytes`], without the hash.
+    fn all(&mut self, most: u64) -> Result<Vec<u8>, Error> {
         let mut bytes = std::mem::take(&mut self.head);
         let left = most.saturating_add(1).saturating_sub(count(bytes.len()));
-        self.rest
-            .by_ref()
+        self.rest()
             .take(left)
             .read_to_end(&mut bytes)
             .map_err(unreadable(self.path, self.hash.is_of_packed()))?;
@@ -187,7 +248,6 @@ impl<'a> File<'a> {
             let expected = format!("at most {most} bytes");
             return Err(Error::malformed(self.path, Place::Byte(most), expected, "more"));
         }
-        self.hash.update(&bytes);
         Ok(bytes)
     }
 

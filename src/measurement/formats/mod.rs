@@ -17,6 +17,7 @@ mod nist;
 mod npz;
 mod resampling;
 mod rgl;
+mod rows;
 mod specular;
 mod ssdd;
 mod tabulated;

@@ -1,8 +1,9 @@
 //! CSV tables of others, whose columns are found by name.
 
-use super::csv::records;
+use super::csv::read_rows;
 use super::file::File;
 use crate::error::{Error, Place, excerpt, listed};
+use ::csv::StringRecord;
 
 /// The first line of a file that is neither blank nor a comment, as fields; `None` if the file is not text.
 fn header(file: &File<'_>) -> Option<Vec<String>> {
@@ -23,37 +24,32 @@ pub(super) fn has(file: &File<'_>, columns: &[&str], least: usize) -> bool {
     })
 }
 
-/// Passes the fields of these columns to `take`, row by row.
+/// Passes the fields of these columns to `take`, row by row, together with what `start` made for the row's part of the text. The result
+/// are these parts.
 ///
 /// # Errors
 /// [`Error::Malformed`] for a column that is missing or a row that is not as wide as the header; the errors of `take`.
-pub(super) fn for_each_row<const N: usize>(
+pub(super) fn read_columns<T: Send, const N: usize>(
     file: &File<'_>,
     text: &str,
     columns: &[&str; N],
-    mut take: impl FnMut(Place, [&str; N]) -> Result<(), Error>,
-) -> Result<(), Error> {
-    let mut records = records(text);
-    let Some((place, header)) = records.next().transpose().map_err(|bad| bad.in_file(file.path))? else {
-        return Err(Error::malformed(file.path, Place::File, "a header naming the columns", "only comments"));
-    };
-    let mut indices = [0; N];
-    for (index, column) in indices.iter_mut().zip(columns) {
-        *index = header.iter().position(|field| field == *column).ok_or_else(|| {
-            let expected = format!("a header with a column '{column}'");
-            let names: Vec<&str> = header.iter().collect();
-            Error::malformed(file.path, place, expected, excerpt(&listed(&names)))
-        })?;
-    }
-    for record in records {
-        let (place, fields) = record.map_err(|bad| bad.in_file(file.path))?;
-        if fields.len() != header.len() {
-            let expected = format!("{} fields, as the header has", header.len());
-            return Err(Error::malformed(file.path, place, expected, format!("{}", fields.len())));
+    start: impl Fn() -> T + Send + Sync,
+    take: impl Fn(&mut T, Place, [&str; N]) -> Result<(), Error> + Send + Sync,
+) -> Result<Vec<T>, Error> {
+    let parse = |header: &StringRecord| {
+        let mut indices = [0; N];
+        for (index, column) in indices.iter_mut().zip(columns) {
+            *index = header.iter().position(|field| field == *column).ok_or_else(|| {
+                let names: Vec<&str> = header.iter().collect();
+                (format!("a header with a column '{column}'"), excerpt(&listed(&names)))
+            })?;
         }
-        take(place, indices.map(|index| fields.get(index).unwrap_or_default()))?;
-    }
-    Ok(())
+        Ok(indices)
+    };
+    let row = |indices: &[usize; N], part: &mut T, place, fields: &[&str]| {
+        take(part, place, indices.map(|index| fields.get(index).copied().unwrap_or_default()))
+    };
+    Ok(read_rows(file, text, parse, |_| start(), row)?.1)
 }
 
 /// What the first comment of a text says, as a description.

@@ -28,21 +28,68 @@ const MOST_EMPTY: usize = 4;
 pub(super) fn pair(incidence: [f64; 2], offset: f64, radial: f64, azimuth: f64) -> Pair {
     let [theta_i, phi_i] = incidence.map(f64::to_radians);
     let frame = Frame::new(theta_i + offset.to_radians(), phi_i);
-    let (sin_r, cos_r) = radial.to_radians().sin_cos();
-    let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
-    let wo = frame.mirror * cos_r + (frame.up * cos_a + frame.across * sin_a) * sin_r;
-    Pair { wi: direction(theta_i, phi_i), wo }
+    Pair { wi: direction(theta_i, phi_i), wo: frame.view(Around::new(radial, azimuth)) }
+}
+
+/// Angles about the mirror direction.
+#[derive(Clone, Copy)]
+pub(super) struct Around {
+    radial: Turn,
+    azimuth: Turn,
+}
+
+/// An angle.
+#[derive(Clone, Copy)]
+struct Turn {
+    sin: f64,
+    cos: f64,
+}
+
+impl Turn {
+    fn new(degrees: f64) -> Self {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        Self { sin, cos }
+    }
+}
+
+impl Around {
+    /// Angles in degrees.
+    pub(super) fn new(radial: f64, azimuth: f64) -> Self {
+        Self { radial: Turn::new(radial), azimuth: Turn::new(azimuth) }
+    }
+
+    /// All combinations of two lists of angles in degrees, the radial one faster.
+    pub(super) fn all(radials: &[f64], azimuths: &[f64]) -> Vec<Self> {
+        let radials: Vec<Turn> = radials.iter().copied().map(Turn::new).collect();
+        let azimuths = azimuths.iter().copied().map(Turn::new);
+        azimuths
+            .flat_map(|azimuth| radials.iter().map(move |radial| Self { radial: *radial, azimuth }))
+            .collect()
+    }
+
+    /// The direction at these angles about the z axis.
+    pub(super) fn direction(self) -> DVec3 {
+        let Self { radial, azimuth } = self;
+        DVec3::new(radial.sin * azimuth.cos, radial.sin * azimuth.sin, radial.cos)
+    }
 }
 
 /// The axes about the mirror direction.
-struct Frame {
+#[derive(Clone, Copy)]
+pub(super) struct Frame {
     mirror: DVec3,
     up: DVec3,
     across: DVec3,
 }
 
 impl Frame {
-    fn new(theta: f64, phi_i: f64) -> Self {
+    /// The direction at these angles.
+    pub(super) fn view(&self, Around { radial, azimuth }: Around) -> DVec3 {
+        self.mirror * radial.cos + (self.up * azimuth.cos + self.across * azimuth.sin) * radial.sin
+    }
+
+    /// The frame for a mirror direction at the polar angle `theta`, with the light at the azimuth `phi_i`, radians.
+    pub(super) fn new(theta: f64, phi_i: f64) -> Self {
         let mirror = direction(theta, phi_i + PI);
         // The mirror direction turned by a right angle over the normal: towards the light if that is near the normal.
         let up = direction(theta - PI / 2.0, phi_i + PI);

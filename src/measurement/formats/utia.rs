@@ -13,10 +13,11 @@
 
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
-use super::tabulated::Tabulated;
+use super::tabulated::{Listed, Tabulated};
 use crate::error::{Error, Place};
 use crate::geometry::{Pair, direction};
 use crate::measurement::{Channel, Measurement, Remark};
+use glam::DVec3;
 
 /// The format's entry in the registry.
 pub const FORMAT: Format = Format {
@@ -73,7 +74,7 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
     // If the length is known and wrong, the file is not read.
     file.length().map_or(Ok(()), check)?;
     let mut values: Vec<f64> = Vec::new();
-    let bytes = file.words(0, SIDE, FILE_BYTES, |words| {
+    let bytes = file.words(0, PLANE, FILE_BYTES, |words| {
         values.extend(words.iter().map(|word| f64::from_bits(u64::from_le(*word))));
     })?;
     check(bytes)?;
@@ -81,13 +82,16 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         let byte = u64::try_from(8 * place).unwrap_or(u64::MAX);
         return Err(Error::malformed(path, Place::Byte(byte), "a finite number", "NaN or infinity"));
     }
-    let mut planes: Vec<_> = values.chunks(PLANE).map(|plane| plane.iter()).collect();
-    let mut table = Tabulated::new(planes.len());
-    for wi in sides() {
-        for wo in sides() {
-            let sample: Vec<f64> = planes.iter_mut().filter_map(Iterator::next).copied().collect();
-            table.take(Pair { wi, wo }, &sample, |_| false);
-        }
+    let mut planes = values.chunks(PLANE).map(|plane| plane.iter().copied());
+    let [r, g, b] = [(); 3].map(|()| planes.next().unwrap_or_default());
+    let sides: Vec<DVec3> = sides().collect();
+    let listed = Listed::all(sides.iter().copied());
+    let lights = sides.iter().zip(&listed);
+    let places = lights.flat_map(|light| sides.iter().zip(&listed).map(move |view| (light, view)));
+    let mut table = Tabulated::new(3);
+    for (((light, view), r), (g, b)) in places.zip(r).zip(g.zip(b)) {
+        let twins = light.1.with(*view.1, SIDE);
+        table.take(Pair { wi: *light.0, wo: *view.0 }, twins, &[r, g, b], |_| false);
     }
     let mut measurement = table.measurement(["r", "g", "b"].map(Channel::named).to_vec());
     let what = "the numbers of the file were taken as f in 1/sr; the database does not say their unit, so that shapes can be trusted more \
@@ -97,7 +101,7 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
 }
 
 /// The directions of one side, in the order of the file.
-fn sides() -> impl Iterator<Item = glam::DVec3> {
+fn sides() -> impl Iterator<Item = DVec3> {
     let angles = |(number, step): (u32, f64)| (0..number).map(move |k| (f64::from(k) * step).to_radians());
     angles(POLAR).flat_map(move |theta| angles(AZIMUTHS).map(move |phi| direction(theta, phi)))
 }

@@ -36,14 +36,14 @@ impl Segments {
     }
 
     /// Half the width of each value's interval; empty if there are none.
-    pub fn half_widths(self, values: &[f64], bounds: &[f64]) -> Vec<f64> {
+    pub fn half_widths(self, values: &[f64], bounds: &[f64]) -> impl Iterator<Item = f64> {
         let bounds = bounds.chunks(self.each.max(1));
         let half = |(_, bounds): (&f64, &[f64])| match *bounds {
             [half] => half,
             [low, high] => 0.5 * high - 0.5 * low,
             _ => 0.0,
         };
-        values.iter().zip(bounds).map(half).collect()
+        values.iter().zip(bounds).map(half)
     }
 
     /// What became of the bounds.

@@ -14,10 +14,9 @@ use self::header::{Header, Output, Segments};
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
 use crate::error::{Error, Place, excerpt};
-use crate::geometry::{Directions, Pair};
-use crate::measurement::formats::fields::finite;
+use crate::measurement::formats::fields::{no_number, number};
+use crate::measurement::formats::rows::{Part, Rows};
 use crate::measurement::{Instrument, Measurement, Remark};
-use std::collections::BTreeMap;
 
 /// The format's entry in the registry.
 pub const FORMAT: Format = Format {
@@ -47,72 +46,81 @@ fn sniff(file: &File<'_>) -> Confidence {
 
 fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
     header::refuse_binary(file)?;
-    let text = file.text()?;
-    let file = &*file;
-    let header = Header::parse(file, &text)?;
-    let mut rows = Rows::new(&header);
-    for (index, line) in text.lines().enumerate() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        if line.starts_with('#') || words.is_empty() {
-            continue;
+    file.with_text(read_text)
+}
+
+fn read_text(file: &File<'_>, text: &str) -> Result<Measurement, Error> {
+    let header = Header::parse(file, text)?;
+    let part = Part::new(text);
+    let mut rows = part.lines().filter(|(_, line)| is_row(line));
+    // The first row shows which bounds follow the values.
+    let segments = rows.next().and_then(|(_, line)| header.segments_of(line.split_whitespace().count()));
+    let parts = part.read(|part| {
+        let mut samples = Samples::new(&header, segments);
+        let mut words = Vec::new();
+        for (place, line) in part.lines().filter(|(_, line)| is_row(line)) {
+            words.clear();
+            words.extend(line.split_whitespace());
+            samples.take(file, place, &words)?;
         }
-        rows.take(file, Place::of_line(index + 1), &words)?;
+        Ok(samples.rows)
+    })?;
+    let mut remarks = header.remarks;
+    if header.output == Output::Weighted {
+        remarks.push(Remark::CosineDividedOut { angle: "theta_o" });
     }
-    Ok(rows.finish())
+    remarks.extend(segments.and_then(Segments::remark));
+    Ok(Measurement {
+        remarks,
+        instrument: Instrument { description: header.description, ..Instrument::default() },
+        ..Rows::joined(header.channels.len(), parts).measurement(header.channels)
+    })
 }
 
-/// The samples read so far.
-struct Rows<'h> {
+/// Whether a line has a sample.
+fn is_row(line: &str) -> bool {
+    !line.starts_with('#') && !line.trim_start().is_empty()
+}
+
+/// The samples of a part of the text.
+struct Samples<'h> {
     header: &'h Header,
-    /// Where the bounds of each channel stand behind the values; known once a row has been seen.
+    /// Where the bounds of each channel stand behind the values; `None` if the first row has no layout of the header.
     segments: Option<Segments>,
-    pairs: Vec<Pair>,
-    values: Vec<Vec<f64>>,
-    sigma: Vec<Vec<f64>>,
-    dropped: BTreeMap<&'static str, usize>,
+    coordinates: usize,
+    rows: Rows,
+    /// The numbers of the current row.
+    numbers: Vec<f64>,
 }
 
-impl<'h> Rows<'h> {
-    fn new(header: &'h Header) -> Self {
-        let channels = header.channels.len();
-        Self {
-            header,
-            segments: None,
-            pairs: Vec::new(),
-            values: vec![Vec::new(); channels],
-            sigma: vec![Vec::new(); channels],
-            dropped: BTreeMap::new(),
-        }
+impl<'h> Samples<'h> {
+    fn new(header: &'h Header, segments: Option<Segments>) -> Self {
+        let (coordinates, channels) = (header.coordinates.number(), header.channels.len());
+        Self { header, segments, coordinates, rows: Rows::new(channels), numbers: Vec::new() }
     }
 
     fn take(&mut self, file: &File<'_>, place: Place, words: &[&str]) -> Result<(), Error> {
-        let header = self.header;
-        let coordinates = header.coordinates.number();
-        let channels = header.channels.len();
-        let segments = match self.segments {
-            Some(segments) if words.len() == segments.width(coordinates, channels) => segments,
-            None if header.segments_of(words.len()).is_some() => {
-                *self.segments.insert(header.segments_of(words.len()).unwrap_or(Segments::NONE))
-            }
-            _ => {
-                let expected = header.row_in_words(self.segments);
-                return Err(Error::malformed(file.path, place, expected, format!("{}", words.len())));
-            }
+        let Self { header, coordinates, rows, numbers, .. } = self;
+        let (coordinates, channels) = (*coordinates, header.channels.len());
+        let fits = |segments: &Segments| words.len() == segments.width(coordinates, channels);
+        let Some(segments) = self.segments.filter(fits) else {
+            let expected = header.row_in_words(self.segments);
+            return Err(Error::malformed(file.path, place, expected, format!("{}", words.len())));
         };
-        let numbers: Vec<f64> = words
-            .iter()
-            .enumerate()
-            .map(|(column, word)| finite(file, place, &header.column(column), word))
-            .collect::<Result<_, _>>()?;
-        let (position, rest) = numbers.split_at_checked(coordinates).unwrap_or((&numbers, &[]));
+        numbers.clear();
+        for (column, word) in words.iter().enumerate() {
+            let wrong = || no_number(file, place, &header.column(column), word);
+            numbers.push(number(word).ok_or_else(wrong)?);
+        }
+        let (position, rest) = numbers.split_at_checked(coordinates).unwrap_or((numbers, &[]));
         let (sampled, bounds) = rest.split_at_checked(channels).unwrap_or((rest, &[]));
         let pair = header.coordinates.pair(position).map_err(|wrong| {
             let found = words.get(wrong.column).copied().unwrap_or_default();
             let expected = format!("{} in {}", wrong.expected, header.column(wrong.column));
             Error::malformed(file.path, place, expected, excerpt(found))
         })?;
-        let half_widths = segments.half_widths(sampled, bounds);
-        if half_widths.iter().any(|width| *width < 0.0) {
+        let half_widths = || segments.half_widths(sampled, bounds);
+        if half_widths().any(|width| width < 0.0) {
             let expected = "bounds of the value in ascending order";
             return Err(Error::malformed(file.path, place, expected, excerpt(&words.join(" "))));
         }
@@ -121,36 +129,19 @@ impl<'h> Rows<'h> {
             Some(pair) if pair.wi.z.min(pair.wo.z) <= LEAST_COSINE => "below-horizon",
             Some(pair) => {
                 let factor = if header.output == Output::Weighted { pair.wo.z } else { 1.0 };
-                for (row, value) in self.values.iter_mut().zip(sampled) {
+                for (row, value) in rows.values.iter_mut().zip(sampled) {
                     row.push(finite_quotient(file, place, *value, factor)?);
                 }
-                for (row, width) in self.sigma.iter_mut().zip(&half_widths) {
+                for (row, width) in rows.sigma.iter_mut().zip(half_widths()) {
                     // The standard deviation of what is anywhere in the interval (JCGM 100:2008, 4.3.7).
                     row.push(finite_quotient(file, place, width / 3.0_f64.sqrt(), factor)?);
                 }
-                self.pairs.push(pair);
+                rows.pairs.push(pair);
                 return Ok(());
             }
         };
-        *self.dropped.entry(reason).or_default() += 1;
+        rows.drop(reason);
         Ok(())
-    }
-
-    fn finish(self) -> Measurement {
-        let Self { header, segments, pairs, values, sigma, dropped } = self;
-        let mut remarks = header.remarks.clone();
-        if header.output == Output::Weighted {
-            remarks.push(Remark::CosineDividedOut { angle: "theta_o" });
-        }
-        remarks.extend(segments.and_then(Segments::remark));
-        let complete = !pairs.is_empty() && sigma.iter().all(|row| row.len() == pairs.len());
-        Measurement {
-            sigma: complete.then_some(sigma),
-            dropped,
-            remarks,
-            instrument: Instrument { description: header.description.clone(), ..Instrument::default() },
-            ..Measurement::of(header.channels.clone(), Directions::Scattered(pairs), values)
-        }
     }
 }
 

@@ -6,8 +6,10 @@
 
 mod columns;
 mod read;
+mod rows;
 mod write;
 
 pub use columns::{ANGLES, BadRecord, Columns, records};
 pub use read::FORMAT;
+pub(super) use rows::read_rows;
 pub use write::write;

@@ -1,13 +1,14 @@
 //! Reads this project's own CSV.
 
-use super::columns::{ANGLES, Columns, records};
+use super::columns::{ANGLES, Columns};
+use super::rows::read_rows;
 use crate::error::{Error, Place, excerpt, short};
 use crate::geometry::{Directions, Pair, direction};
-use crate::measurement::formats::fields::{HORIZON_TOLERANCE, finite, polar_angle};
+use crate::measurement::formats::fields::{HORIZON_TOLERANCE, finite, no_number, number, polar_angle};
 use crate::measurement::formats::file::File;
 use crate::measurement::formats::format::{Confidence, Format, ReadOptions};
+use crate::measurement::formats::rows::Rows;
 use crate::measurement::{Doubt, Measurement};
-use csv::StringRecord;
 
 /// The format's entry in the registry.
 pub const FORMAT: Format = Format {
@@ -39,46 +40,16 @@ fn sniff(file: &File<'_>) -> Confidence {
     }
 }
 
-/// Reads the header with `parse`, then passes every record to `row`.
-fn for_each_record<C>(
-    file: &File<'_>,
-    text: &str,
-    parse: impl Fn(&StringRecord) -> Result<C, (String, String)>,
-    mut row: impl FnMut(&C, Place, &StringRecord) -> Result<(), Error>,
-) -> Result<C, Error> {
-    let mut records = records(text);
-    let Some((place, header)) = records.next().transpose().map_err(|e| e.in_file(file.path))? else {
-        return Err(Error::malformed(file.path, Place::File, "a header naming the columns", "only comments"));
-    };
-    let columns =
-        parse(&header).map_err(|(expected, found)| Error::malformed(file.path, place, expected, found))?;
-    for record in records {
-        let (place, fields) = record.map_err(|e| e.in_file(file.path))?;
-        if fields.len() != header.len() {
-            let expected = format!("{} fields, as the header has", header.len());
-            return Err(Error::malformed(file.path, place, expected, format!("{}", fields.len())));
-        }
-        row(&columns, place, &fields)?;
-    }
-    Ok(columns)
+/// A field of a row.
+fn field<'r>(fields: &[&'r str], column: usize) -> &'r str {
+    fields.get(column).copied().unwrap_or_default()
 }
 
-/// A finite number from a column.
-fn number(
-    file: &File<'_>,
-    place: Place,
-    fields: &StringRecord,
-    column: usize,
-    what: &str,
-) -> Result<f64, Error> {
-    finite(file, place, what, fields.get(column).unwrap_or_default())
-}
-
-/// The pair of directions of a record.
-fn pair(file: &File<'_>, place: Place, fields: &StringRecord, columns: &[usize; 4]) -> Result<Pair, Error> {
+/// The pair of directions of a row.
+fn pair(file: &File<'_>, place: Place, fields: &[&str], columns: &[usize; 4]) -> Result<Pair, Error> {
     let mut angles = [0.0; 4];
     for ((angle, &column), name) in angles.iter_mut().zip(columns).zip(ANGLES) {
-        let value = number(file, place, fields, column, name)?.to_radians();
+        let value = finite(file, place, name, field(fields, column))?.to_radians();
         *angle = if name.starts_with("theta") { polar_angle(file, place, name, value)? } else { value };
     }
     let [theta_i, phi_i, theta_o, phi_o] = angles;
@@ -87,64 +58,63 @@ fn pair(file: &File<'_>, place: Place, fields: &StringRecord, columns: &[usize; 
 
 /// Reads only the directions; other columns may contain anything.
 fn directions(file: &mut File<'_>) -> Result<Vec<Pair>, Error> {
-    let text = file.text()?;
-    let file = &*file;
-    let mut pairs = Vec::new();
-    for_each_record(file, &text, Columns::angles, |columns, place, fields| {
-        pairs.push(pair(file, place, fields, columns)?);
-        Ok(())
-    })?;
-    if pairs.is_empty() {
-        return Err(Error::malformed(file.path, Place::File, "at least one pair of directions", "none"));
-    }
-    Ok(pairs)
+    file.with_text(|file, text| {
+        let take = |columns: &[usize; 4], pairs: &mut Vec<Pair>, place, fields: &[&str]| {
+            pairs.push(pair(file, place, fields, columns)?);
+            Ok(())
+        };
+        let (_, parts) = read_rows(file, text, Columns::angles, |_| Vec::new(), take)?;
+        let pairs = parts.concat();
+        if pairs.is_empty() {
+            return Err(Error::malformed(file.path, Place::File, "at least one pair of directions", "none"));
+        }
+        Ok(pairs)
+    })
 }
 
 fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
-    let text = file.text()?;
-    let file = &*file;
-    let mut pairs = Vec::new();
-    let mut values: Vec<Vec<f64>> = Vec::new();
-    let mut sigma: Vec<Vec<f64>> = Vec::new();
-    let columns = for_each_record(file, &text, Columns::parse, |columns, place, fields| {
-        pairs.push(pair(file, place, fields, &columns.angles)?);
-        values.resize(columns.channels.len(), Vec::new());
-        sigma.resize(columns.channels.len(), Vec::new());
-        let of_channel = columns.channels.iter().zip(&columns.values).zip(&columns.sigma);
-        for ((row, deviations), ((channel, &column), &of_sigma)) in
-            values.iter_mut().zip(&mut sigma).zip(of_channel)
-        {
-            row.push(number(file, place, fields, column, &channel.name)?);
-            let Some(column) = of_sigma else { continue };
-            let what = format!("sigma of {}", channel.name);
-            let deviation = number(file, place, fields, column, &what)?;
-            if deviation < 0.0 {
-                let found = excerpt(fields.get(column).unwrap_or_default());
-                return Err(Error::malformed(
-                    file.path,
-                    place,
-                    format!("{} of 0 or more", short(&what)),
-                    found,
-                ));
-            }
-            deviations.push(deviation);
-        }
-        Ok(())
-    })?;
-    values.resize(columns.channels.len(), Vec::new());
-    let directions = Directions::Scattered(pairs);
-    let complete = sigma.iter().all(|row| row.len() == directions.len()) && !directions.is_empty();
-    Ok(Measurement {
-        sigma: complete.then_some(sigma),
-        doubts: doubts(&directions),
-        ..Measurement::of(columns.channels, directions, values)
+    file.with_text(|file, text| {
+        let start = |columns: &Columns| Rows::new(columns.channels.len());
+        let take = |columns: &Columns, rows: &mut Rows, place, fields: &[&str]| {
+            take(file, columns, rows, place, fields)
+        };
+        let (columns, parts) = read_rows(file, text, Columns::parse, start, take)?;
+        let measurement = Rows::joined(columns.channels.len(), parts).measurement(columns.channels);
+        Ok(Measurement { doubts: doubts(&measurement.directions), ..measurement })
     })
+}
+
+/// Takes the sample of a row.
+fn take(
+    file: &File<'_>,
+    columns: &Columns,
+    rows: &mut Rows,
+    place: Place,
+    fields: &[&str],
+) -> Result<(), Error> {
+    rows.pairs.push(pair(file, place, fields, &columns.angles)?);
+    let of_channel = columns.channels.iter().zip(&columns.values).zip(&columns.sigma);
+    for ((row, deviations), ((channel, &column), &of_sigma)) in
+        rows.values.iter_mut().zip(&mut rows.sigma).zip(of_channel)
+    {
+        row.push(finite(file, place, &channel.name, field(fields, column))?);
+        let Some(column) = of_sigma else { continue };
+        let found = field(fields, column);
+        let what = || format!("sigma of {}", channel.name);
+        let deviation = number(found).ok_or_else(|| no_number(file, place, &what(), found))?;
+        if deviation < 0.0 {
+            let expected = format!("{} of 0 or more", short(&what()));
+            return Err(Error::malformed(file.path, place, expected, excerpt(found)));
+        }
+        deviations.push(deviation);
+    }
+    Ok(())
 }
 
 /// Angles in radians, if read as degrees, look like a measurement within two degrees of the normal.
 fn doubts(directions: &Directions) -> Vec<Doubt> {
     let right_angle = std::f64::consts::FRAC_PI_2.to_radians();
-    let steepest = directions.iter().map(|g| g.sin2_i().max(g.sin2_o()).sqrt().asin()).fold(0.0, f64::max);
+    let steepest = directions.iter().map(|g| g.sin2_i().max(g.sin2_o())).fold(0.0, f64::max).sqrt().asin();
     if directions.len() < 2 || steepest > right_angle + HORIZON_TOLERANCE || steepest == 0.0 {
         return Vec::new();
     }

@@ -11,6 +11,7 @@ use super::format::{Confidence, Format, ReadOptions};
 use crate::error::{Error, Place, excerpt, listed, short};
 use crate::geometry::{Directions, Pair, direction};
 use crate::measurement::{Channel, Instrument, Measurement};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::io::Cursor;
@@ -65,16 +66,16 @@ fn sniff(file: &File<'_>) -> Confidence {
 }
 
 /// The arrays of a file.
-struct Arrays<'f> {
-    file: &'f File<'f>,
-    archive: ZipArchive<Cursor<Vec<u8>>>,
+struct Arrays<'f, 'p> {
+    file: &'f File<'p>,
+    archive: ZipArchive<Cursor<&'f [u8]>>,
     /// Their names, in the order of the file.
     names: Vec<String>,
     budget: Budget,
 }
 
-impl<'f> Arrays<'f> {
-    fn open(file: &'f File<'f>, bytes: Vec<u8>) -> Result<Self, Error> {
+impl<'f, 'p> Arrays<'f, 'p> {
+    fn open(file: &'f File<'p>, bytes: &'f [u8]) -> Result<Self, Error> {
         let wrong = |expected: &str, found: String| Error::malformed(file.path, Place::File, expected, found);
         if bytes.starts_with(npy::MAGIC) {
             return Err(wrong("named arrays (.npz)", "a single array (.npy)".to_owned()));
@@ -150,9 +151,11 @@ impl<'f> Arrays<'f> {
             [n, channels] if n == samples && channels > 0 && n > 0 => Ok(if fortran {
                 data.chunks(n).map(<[f64]>::to_vec).collect()
             } else {
-                (0..channels)
-                    .map(|channel| data.iter().copied().skip(channel).step_by(channels).collect())
-                    .collect()
+                let mut rows: Vec<Vec<f64>> = (0..channels).map(|_| Vec::with_capacity(n)).collect();
+                for sample in data.chunks(channels) {
+                    rows.iter_mut().zip(sample).for_each(|(row, value)| row.push(*value));
+                }
+                rows
             }),
             _ => {
                 let expected = format!("shape ({samples}, channels) or ({samples},)");
@@ -179,7 +182,10 @@ fn shape_in_words(shape: &[usize]) -> String {
 }
 
 fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
-    let bytes = file.bytes(MOST_BYTES)?;
+    file.with_bytes(MOST_BYTES, read_bytes)
+}
+
+fn read_bytes(file: &File<'_>, bytes: &[u8]) -> Result<Measurement, Error> {
     let mut arrays = Arrays::open(file, bytes)?;
     let whole = if arrays.has("values") { "values" } else { "f" };
     let single: Vec<String> = if arrays.has(whole) {
@@ -217,7 +223,11 @@ fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
         if arrays.has("description") { arrays.texts("description")?.into_iter().next() } else { None };
     let clean = |text: String| text.chars().take(500).map(|c| if c.is_control() { ' ' } else { c }).collect();
     let kept = usable(&arrays, &angles, &values)?;
+    let whole = kept.dropped.is_empty();
     let columns = |rows: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+        if whole {
+            return rows;
+        }
         rows.into_iter()
             .map(|row| row.into_iter().zip(&kept.kept).filter(|(_, kept)| **kept).map(|(v, _)| v).collect())
             .collect()
@@ -243,9 +253,13 @@ struct Usable {
 }
 
 /// Checks the angles and values of each sample.
-fn usable(arrays: &Arrays<'_>, angles: &[Vec<f64>], values: &[Vec<f64>]) -> Result<Usable, Error> {
+fn usable(arrays: &Arrays<'_, '_>, angles: &[Vec<f64>], values: &[Vec<f64>]) -> Result<Usable, Error> {
     let mut usable = Usable { kept: Vec::new(), pairs: Vec::new(), dropped: BTreeMap::new() };
     let samples = angles.first().map_or(0, Vec::len);
+    // Most arrays have numbers only, which is found out faster than where they do not.
+    let numbers = values.iter().all(|row| row.iter().fold(true, |all, value| all & value.is_finite()));
+    let to_check = if numbers { &[] } else { values };
+    let mut used = Vec::new();
     for index in 0..samples {
         let mut sample = [0.0; 4];
         for ((angle, list), name) in sample.iter_mut().zip(angles).zip(ANGLES) {
@@ -257,7 +271,7 @@ fn usable(arrays: &Arrays<'_>, angles: &[Vec<f64>], values: &[Vec<f64>]) -> Resu
                 return Err(arrays.about(name, expected, format!("{degrees:e} at index {index}")));
             }
         }
-        let of_sample = || values.iter().filter_map(|row| row.get(index));
+        let of_sample = || to_check.iter().filter_map(|row| row.get(index));
         if of_sample().any(|value| value.is_infinite()) {
             return Err(arrays.about(
                 "values",
@@ -265,13 +279,13 @@ fn usable(arrays: &Arrays<'_>, angles: &[Vec<f64>], values: &[Vec<f64>]) -> Resu
                 format!("infinity at index {index}"),
             ));
         }
-        let [theta_i, phi_i, theta_o, phi_o] = sample;
+        let [theta_i, _, theta_o, _] = sample;
         let reason = if of_sample().any(|value| value.is_nan()) {
             Some("not-measured")
         } else if theta_i.abs().max(theta_o.abs()) >= FRAC_PI_2 {
             Some("below-horizon")
         } else {
-            usable.pairs.push(Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) });
+            used.push(sample);
             None
         };
         usable.kept.push(reason.is_none());
@@ -279,11 +293,16 @@ fn usable(arrays: &Arrays<'_>, angles: &[Vec<f64>], values: &[Vec<f64>]) -> Resu
             *usable.dropped.entry(reason).or_default() += 1;
         }
     }
+    let pair = |[theta_i, phi_i, theta_o, phi_o]: [f64; 4]| Pair {
+        wi: direction(theta_i, phi_i),
+        wo: direction(theta_o, phi_o),
+    };
+    usable.pairs = used.into_par_iter().map(pair).collect();
     Ok(usable)
 }
 
 /// The channels: named by `channels`, else by their arrays, else by their wavelengths.
-fn channels(arrays: &mut Arrays<'_>, single: &[String], number: usize) -> Result<Vec<Channel>, Error> {
+fn channels(arrays: &mut Arrays<'_, '_>, single: &[String], number: usize) -> Result<Vec<Channel>, Error> {
     let wavelengths =
         if arrays.has("wavelengths_nm") { Some(arrays.list("wavelengths_nm", Some(number))?) } else { None };
     // NaN stands for none.
@@ -327,7 +346,7 @@ fn channels(arrays: &mut Arrays<'_>, single: &[String], number: usize) -> Result
 
 /// The standard deviations, if every channel has them: `sigma_NAME` before `sigma`.
 fn sigma(
-    arrays: &mut Arrays<'_>,
+    arrays: &mut Arrays<'_, '_>,
     channels: &[Channel],
     samples: usize,
 ) -> Result<Option<Vec<Vec<f64>>>, Error> {

@@ -64,22 +64,27 @@ pub(super) struct Numbers {
 /// Reads an array of numbers.
 pub(super) fn numbers(source: &mut impl Read, budget: &mut Budget) -> Result<Numbers, Wrong> {
     let header = header(source, budget)?;
-    let element: fn(&[u8]) -> f64 = match (header.kind, header.size) {
-        (Kind::Float, 4) => |b| b.try_into().map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b))),
-        (Kind::Float, 8) => |b| b.try_into().map_or(f64::NAN, f64::from_le_bytes),
-        (Kind::Signed, 1) => |b| b.try_into().map_or(f64::NAN, |b| f64::from(i8::from_le_bytes(b))),
-        (Kind::Signed, 2) => |b| b.try_into().map_or(f64::NAN, |b| f64::from(i16::from_le_bytes(b))),
-        (Kind::Signed, 4) => |b| b.try_into().map_or(f64::NAN, |b| f64::from(i32::from_le_bytes(b))),
-        (Kind::Signed, 8) => |b| long(b, |high| b_to_i32(high).map_or(f64::NAN, f64::from)),
-        (Kind::Unsigned, 1) => |b| b.first().map_or(f64::NAN, |b| f64::from(*b)),
-        (Kind::Unsigned, 2) => |b| b.try_into().map_or(f64::NAN, |b| f64::from(u16::from_le_bytes(b))),
-        (Kind::Unsigned, 4) => |b| b_to_u32(b).map_or(f64::NAN, f64::from),
-        (Kind::Unsigned, 8) => |b| long(b, |high| b_to_u32(high).map_or(f64::NAN, f64::from)),
+    let extend: fn(&mut Vec<f64>, &[u8]) = match (header.kind, header.size) {
+        (Kind::Float, 4) => |to, b| extend(to, b, |b| f64::from(f32::from_le_bytes(b))),
+        (Kind::Float, 8) => |to, b| extend(to, b, f64::from_le_bytes),
+        (Kind::Signed, 1) => |to, b| extend(to, b, |b| f64::from(i8::from_le_bytes(b))),
+        (Kind::Signed, 2) => |to, b| extend(to, b, |b| f64::from(i16::from_le_bytes(b))),
+        (Kind::Signed, 4) => |to, b| extend(to, b, |b| f64::from(i32::from_le_bytes(b))),
+        (Kind::Signed, 8) => |to, b| extend(to, b, |b| long(b, |high| f64::from(i32::from_le_bytes(high)))),
+        (Kind::Unsigned, 1) => |to, b| extend(to, b, |b| f64::from(u8::from_le_bytes(b))),
+        (Kind::Unsigned, 2) => |to, b| extend(to, b, |b| f64::from(u16::from_le_bytes(b))),
+        (Kind::Unsigned, 4) => |to, b| extend(to, b, |b| f64::from(u32::from_le_bytes(b))),
+        (Kind::Unsigned, 8) => |to, b| extend(to, b, |b| long(b, |high| f64::from(u32::from_le_bytes(high)))),
         _ => return wrong("numbers (f4, f8, or integers)", "another type of elements"),
     };
     let mut data = Vec::new();
-    elements(source, budget, &header, |bytes| data.push(element(bytes)))?;
+    elements(source, budget, &header, |bytes| extend(&mut data, bytes))?;
     Ok(Numbers { shape: header.shape, fortran: header.fortran, data })
+}
+
+/// Appends elements of N bytes.
+fn extend<const N: usize>(to: &mut Vec<f64>, bytes: &[u8], element: impl Fn([u8; N]) -> f64) {
+    to.extend(bytes.as_chunks().0.iter().map(|bytes| element(*bytes)));
 }
 
 /// Reads an array of texts.
@@ -92,35 +97,28 @@ pub(super) fn texts(source: &mut impl Read, budget: &mut Budget) -> Result<Vec<S
         return wrong("a list of texts", format!("{} dimensions", header.shape.len()));
     }
     let mut data: Vec<Option<String>> = Vec::new();
-    elements(source, budget, &header, |bytes| {
+    let text = |bytes: &[u8]| {
         let text = if header.kind == Kind::Unicode {
-            bytes.chunks(4).map(|c| b_to_u32(c).and_then(char::from_u32)).collect::<Option<String>>()
+            let characters = bytes.as_chunks().0.iter().copied().map(u32::from_le_bytes);
+            characters.map(char::from_u32).collect::<Option<String>>()
         } else {
             std::str::from_utf8(bytes).ok().map(str::to_owned)
         };
-        data.push(text.map(|text| text.trim_end_matches('\0').to_owned()));
-    })?;
+        text.map(|text| text.trim_end_matches('\0').to_owned())
+    };
+    elements(source, budget, &header, |bytes| data.extend(bytes.chunks(header.size).map(text)))?;
     match data.into_iter().collect() {
         Some(texts) => Ok(texts),
         None => wrong("texts", "a character that does not exist"),
     }
 }
 
-fn b_to_u32(bytes: &[u8]) -> Option<u32> {
-    bytes.try_into().ok().map(u32::from_le_bytes)
-}
-
-fn b_to_i32(bytes: &[u8]) -> Option<i32> {
-    bytes.try_into().ok().map(i32::from_le_bytes)
-}
-
 /// A 64-bit integer, rounded to the nearest number that a float can be.
-fn long(bytes: &[u8], high: impl Fn(&[u8]) -> f64) -> f64 {
-    let (low, upper) = bytes.split_at_checked(4).unwrap_or((bytes, &[]));
-    high(upper) * 4_294_967_296.0 + b_to_u32(low).map_or(f64::NAN, f64::from)
+fn long([a, b, c, d, upper @ ..]: [u8; 8], high: impl Fn([u8; 4]) -> f64) -> f64 {
+    high(upper) * 4_294_967_296.0 + f64::from(u32::from_le_bytes([a, b, c, d]))
 }
 
-/// Passes the elements to `take`, as little-endian bytes. Memory grows with what is read.
+/// Passes the elements to `take`, several at a time, as little-endian bytes. Memory grows with what is read.
 fn elements(
     source: &mut impl Read,
     budget: &mut Budget,
@@ -163,7 +161,7 @@ fn elements(
         if header.big_endian && word > 1 && header.kind != Kind::Bytes {
             buffer.chunks_mut(word).for_each(<[u8]>::reverse);
         }
-        buffer.chunks(header.size).for_each(&mut take);
+        take(&buffer);
         left -= wanted;
     }
     at_end(source)

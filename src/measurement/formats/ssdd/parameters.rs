@@ -1,7 +1,8 @@
 //! How the parameters of SSDD stand for directions.
 
 use crate::geometry::{Pair, direction};
-use crate::measurement::formats::specular::pair;
+use crate::measurement::formats::specular::{Around, Frame};
+use crate::measurement::formats::tabulated::{Listed, Twins};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -48,40 +49,121 @@ impl Parameters {
     }
 
     /// The pair of directions at parameters in degrees, with an offset to the mirror direction.
-    pub(super) fn pair(self, parameters: [f64; 4], offset: f64) -> Pair {
-        let [a, b, c, d] = parameters;
-        let radians = parameters.map(f64::to_radians);
+    pub(super) fn pair(self, [a, b, c, d]: [f64; 4], offset: f64) -> Pair {
+        self.pair_of(&First::new([a, b], offset), &Second::new([c, d]))
+    }
+
+    fn pair_of(self, first: &First, second: &Second) -> Pair {
         match self {
-            Self::Spherical => {
-                let [theta_i, phi_i, theta_o, phi_o] = radians;
-                Pair { wi: direction(theta_i, phi_i), wo: direction(theta_o, phi_o) }
-            }
-            Self::Specular => pair([a, b], offset, c, d),
-            Self::HalfDifference => half_difference(radians),
-            Self::Distorted => distorted(radians, offset.to_radians()),
+            Self::Spherical => Pair { wi: first.direction, wo: second.direction },
+            Self::Specular => Pair { wi: first.direction, wo: first.frame.view(second.around) },
+            Self::HalfDifference => half_difference(first, second.direction),
+            Self::Distorted => distorted(first, second.angles),
         }
     }
 }
 
+/// The first two parameters, with what follows from them alone.
+struct First {
+    /// Radians.
+    angles: [f64; 2],
+    /// The offset to the mirror direction, radians.
+    offset: f64,
+    /// The direction of the light, or the half vector.
+    direction: DVec3,
+    /// The axes about the mirror direction.
+    frame: Frame,
+    /// The axes beside the half vector: one leads away from the normal.
+    beside: [DVec3; 2],
+}
+
+impl First {
+    /// From degrees.
+    fn new(angles: [f64; 2], offset: f64) -> Self {
+        let [theta, phi] = angles.map(f64::to_radians);
+        let offset = offset.to_radians();
+        Self {
+            angles: [theta, phi],
+            offset,
+            direction: direction(theta, phi),
+            frame: Frame::new(theta + offset, phi),
+            beside: [direction(theta + FRAC_PI_2, phi), DVec3::new(-phi.sin(), phi.cos(), 0.0)],
+        }
+    }
+}
+
+/// The last two parameters, with what follows from them alone.
+struct Second {
+    /// Radians.
+    angles: [f64; 2],
+    direction: DVec3,
+    around: Around,
+}
+
+impl Second {
+    /// From degrees.
+    fn new(angles: [f64; 2]) -> Self {
+        let [theta, phi] = angles;
+        let around = Around::new(theta, phi);
+        Self { angles: angles.map(f64::to_radians), direction: around.direction(), around }
+    }
+}
+
+/// The pairs of directions of a table, in its order.
+pub(super) struct Pairs {
+    parameters: Parameters,
+    first: Vec<(First, Listed)>,
+    second: Vec<(Second, Listed)>,
+}
+
+impl Pairs {
+    /// From lists of angles in degrees, the last one of offsets that belong to the first list.
+    pub(super) fn new(parameters: Parameters, [a, b, c, d, offsets]: &[Vec<f64>; 5]) -> Self {
+        let first =
+            b.iter().flat_map(|b| a.iter().zip(offsets).map(|(a, offset)| First::new([*a, *b], *offset)));
+        let second = d.iter().flat_map(|d| c.iter().map(|c| Second::new([*c, *d])));
+        let (first, second): (Vec<_>, Vec<_>) = (first.collect(), second.collect());
+        let listed_first = Listed::all(first.iter().map(|first| first.direction));
+        let listed_second = Listed::all(second.iter().map(|second| second.direction));
+        Self {
+            parameters,
+            first: first.into_iter().zip(listed_first).collect(),
+            second: second.into_iter().zip(listed_second).collect(),
+        }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (Pair, Twins)> {
+        self.second.iter().flat_map(move |(second, listed)| {
+            self.first.iter().map(move |(first, listed_first)| {
+                let twins = match self.parameters {
+                    Parameters::Spherical => listed_first.with(*listed, self.second.len()),
+                    Parameters::Specular | Parameters::HalfDifference => {
+                        listed_first.turning(*listed, self.second.len())
+                    }
+                    Parameters::Distorted => Twins::Unknown,
+                };
+                (self.parameters.pair_of(first, second), twins)
+            })
+        })
+    }
+}
+
 /// Rusinkiewicz's half and difference angles.
-fn half_difference([theta_h, phi_h, theta_d, phi_d]: [f64; 4]) -> Pair {
-    let difference = direction(theta_d, phi_d);
-    // From the half vector's frame: its z axis is h, and its x axis leads away from the normal.
-    let x = direction(theta_h + FRAC_PI_2, phi_h);
-    let y = DVec3::new(-phi_h.sin(), phi_h.cos(), 0.0);
-    let h = direction(theta_h, phi_h);
+fn half_difference(half: &First, difference: DVec3) -> Pair {
+    let (h, [x, y]) = (half.direction, half.beside);
     let wi = x * difference.x + y * difference.y + h * difference.z;
     Pair { wi, wo: h * (2.0 * wi.dot(h)) - wi }
 }
 
 /// Azimuth and polar angle over 90 degrees as polar coordinates of a disk; the disk is drawn so that the mirror direction becomes its
 /// centre and the horizon remains its edge.
-fn distorted([theta_i, phi_i, theta, phi]: [f64; 4], offset: f64) -> Pair {
+fn distorted(light: &First, [theta, phi]: [f64; 2]) -> Pair {
+    let ([theta_i, phi_i], offset) = (light.angles, light.offset);
     let (radius, centre) = (theta / FRAC_PI_2, (theta_i + offset) / FRAC_PI_2);
     let place = |radius: f64, phi: f64| (radius * phi.cos(), radius * phi.sin());
     let ((x, y), (x0, y0)) = (place(radius, phi), place(centre, phi_i + PI));
     let (x, y) = (x + x0 * (1.0 - radius), y + y0 * (1.0 - radius));
-    Pair { wi: direction(theta_i, phi_i), wo: direction(x.hypot(y) * FRAC_PI_2, y.atan2(x)) }
+    Pair { wi: light.direction, wo: direction(x.hypot(y) * FRAC_PI_2, y.atan2(x)) }
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Reads SSDD.
 
-use super::parameters::Parameters;
+use super::parameters::{Pairs, Parameters};
 use crate::error::{Error, Place, excerpt};
-use crate::measurement::formats::fields::finite;
+use crate::measurement::formats::fields::{finite, number};
 use crate::measurement::formats::file::File;
 use crate::measurement::formats::format::ReadOptions;
 use crate::measurement::formats::tabulated::Tabulated;
@@ -21,9 +21,11 @@ const TEXTS: [&str; 5] = ["NAME", "SOURCE_TYPE", "DEVICE", "CREATION_DATE", "MEA
 const LISTS: [&str; 5] = ["PARAM0_LIST", "PARAM1_LIST", "PARAM2_LIST", "PARAM3_LIST", "PARAM4_LIST"];
 
 pub(super) fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
-    let bytes = file.bytes(MOST_BYTES)?;
-    let file = &*file;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    file.with_bytes(MOST_BYTES, read_bytes)
+}
+
+fn read_bytes(file: &File<'_>, bytes: &[u8]) -> Result<Measurement, Error> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut text = Text { file, rest: bytes, line: 0 };
     let expected = "VERSION 0.1, 0.2 or 0.3";
     let first = text.need(expected)?;
@@ -87,7 +89,11 @@ struct Line<'b> {
 impl<'b> Line<'b> {
     /// Its words up to a comment.
     fn words(self) -> Vec<&'b str> {
-        self.text.split('#').next().unwrap_or_default().split_whitespace().collect()
+        self.split_words().collect()
+    }
+
+    fn split_words(self) -> impl Iterator<Item = &'b str> {
+        self.text.split('#').next().unwrap_or_default().split_whitespace()
     }
 }
 
@@ -102,9 +108,8 @@ impl<'b> Text<'_, '_, 'b> {
     /// The next line that is neither blank nor a comment.
     fn next(&mut self) -> Result<Option<Line<'b>>, Error> {
         while !self.rest.is_empty() {
-            let end = self.rest.iter().position(|byte| *byte == b'\n').map_or(self.rest.len(), |end| end + 1);
-            let (line, rest) = self.rest.split_at_checked(end).unwrap_or((self.rest, &[]));
-            self.rest = rest;
+            let line = self.rest.split_inclusive(|byte| *byte == b'\n').next().unwrap_or_default();
+            self.rest = self.rest.get(line.len()..).unwrap_or_default();
             self.line += 1;
             let place = Place::of_line(self.line);
             let text = std::str::from_utf8(line).ok().filter(|text| !text.contains('\0'));
@@ -120,8 +125,11 @@ impl<'b> Text<'_, '_, 'b> {
 
     /// The next line, which must exist.
     fn need(&mut self, expected: &str) -> Result<Line<'b>, Error> {
-        let line = self.next()?;
-        line.ok_or_else(|| self.wrong(Place::of_line(self.line.max(1)), expected, "the end of the file"))
+        self.next()?.ok_or_else(|| self.at_end(expected))
+    }
+
+    fn at_end(&self, expected: &str) -> Error {
+        self.wrong(Place::of_line(self.line.max(1)), expected, "the end of the file")
     }
 
     fn wrong(&self, place: Place, expected: &str, found: &str) -> Error {
@@ -250,22 +258,15 @@ impl Block {
         }
         let mut table = Tabulated::new(channels);
         let mut colour = Vec::with_capacity(channels);
-        let [first, second, third, fourth, offsets] = &self.lists;
-        for d in fourth {
-            for c in third {
-                for b in second {
-                    for (a, offset) in first.iter().zip(offsets) {
-                        colour.clear();
-                        if self.binary {
-                            self.floats(text, &mut colour)?
-                        } else {
-                            self.words(text, &mut colour)?
-                        }
-                        if keep {
-                            table.take(self.parameters.pair([*a, *b, *c, *d], *offset), &colour, |_| false);
-                        }
-                    }
-                }
+        for (pair, twins) in Pairs::new(self.parameters, &self.lists).iter() {
+            colour.clear();
+            if self.binary {
+                self.floats(text, &mut colour)?
+            } else {
+                self.words(text, &mut colour)?
+            }
+            if keep {
+                table.take(pair, twins, &colour, |_| false);
             }
         }
         Ok(table)
@@ -274,15 +275,23 @@ impl Block {
     /// The next colour of a table that is text.
     fn words(&self, text: &mut Text<'_, '_, '_>, colour: &mut Vec<f64>) -> Result<(), Error> {
         let expected = || format!("a line of {} numbers, as the lists say", self.channels.len());
-        let line = text.need(&expected())?;
-        let words = line.words();
-        if words.len() != self.channels.len() {
+        let Some(line) = text.next()? else { return Err(text.at_end(&expected())) };
+        let mut words = 0;
+        for word in line.split_words() {
+            words += 1;
+            colour.extend(number(word));
+        }
+        if words != self.channels.len() {
             return Err(text.wrong(line.place, &expected(), &excerpt(line.text)));
         }
-        for (word, channel) in words.iter().zip(&self.channels) {
-            colour.push(finite(text.file, line.place, &channel.name, word)?);
+        if colour.len() == words {
+            return Ok(());
         }
-        Ok(())
+        let mut named = line.split_words().zip(&self.channels);
+        named.try_for_each(|(word, channel)| {
+            finite(text.file, line.place, &channel.name, word)?;
+            Ok(())
+        })
     }
 
     /// The next colour of a table of floats.

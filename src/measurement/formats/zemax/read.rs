@@ -2,17 +2,22 @@
 
 use super::{LISTS, WORDS, is};
 use crate::error::{Error, Place, excerpt};
-use crate::measurement::formats::fields::finite;
+use crate::geometry::{Pair, direction};
+use crate::measurement::formats::fields::{finite, no_number, number};
 use crate::measurement::formats::file::File;
 use crate::measurement::formats::format::ReadOptions;
-use crate::measurement::formats::specular::pair;
-use crate::measurement::formats::tabulated::Tabulated;
+use crate::measurement::formats::specular::{Around, Frame};
+use crate::measurement::formats::tabulated::{Listed, Tabulated};
 use crate::measurement::{Channel, Instrument, Measurement, Remark, TotalScatter};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 pub(super) fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, Error> {
-    let text = file.text()?;
-    let mut lines = Lines::new(file, &text);
+    file.with_text(read_text)
+}
+
+fn read_text(file: &File<'_>, text: &str) -> Result<Measurement, Error> {
+    let mut lines = Lines::new(file, text);
     let header = Header::read(&mut lines)?;
     let mut total_scatter = Vec::new();
     let mut planes = Vec::new();
@@ -28,7 +33,7 @@ pub(super) fn read(file: &mut File<'_>, _: &ReadOptions) -> Result<Measurement, 
             &excerpt(line.text),
         ));
     }
-    let instrument = Instrument { description: description(&text), total_scatter, ..Instrument::default() };
+    let instrument = Instrument { description: description(text), total_scatter, ..Instrument::default() };
     Ok(Measurement { instrument, ..header.measurement(&planes) })
 }
 
@@ -84,6 +89,16 @@ impl<'f, 'p, 't> Lines<'f, 'p, 't> {
         Error::malformed(self.file.path, place, expected, found)
     }
 }
+
+/// The values at one azimuth about a mirror direction.
+struct Row<'t> {
+    line: Line<'t>,
+    incidence: f64,
+    azimuth: f64,
+}
+
+/// Number of rows that a thread reads at a time.
+const ROWS: usize = 256;
 
 /// What a header says.
 struct Header {
@@ -157,45 +172,82 @@ impl Header {
             return Err(lines.wrong(line.place, &expected, &excerpt(line.text)));
         }
         lines.word("DataBegin")?;
-        let mut values = Vec::new();
+        // Rows are found one after the other, but read on all threads. Those before a fault may have an earlier one.
+        let mut rows = Vec::new();
+        let found = self.rows(lines, &mut rows, &mut scattered);
+        let file = lines.file;
+        let pieces = rows.par_chunks(ROWS).map(|rows| self.values(file, rows)).collect::<Vec<_>>();
+        let values = pieces.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
+        found?;
+        lines.word("DataEnd")?;
+        Ok(values)
+    }
+
+    /// Finds the rows of a channel.
+    fn rows<'t>(
+        &self,
+        lines: &mut Lines<'_, '_, 't>,
+        rows: &mut Vec<Row<'t>>,
+        scattered: &mut Option<&mut Vec<TotalScatter>>,
+    ) -> Result<(), Error> {
+        let expected = self.row_in_words();
         for rotation in &self.rotations {
             for incidence in &self.incidences {
                 let share = total(lines)?;
-                if let Some(scattered) = &mut scattered {
+                if let Some(scattered) = scattered {
                     scattered.push(TotalScatter::new(*incidence, *rotation, share));
                 }
                 for azimuth in &self.azimuths {
-                    let expected = format!("{} values, one per radial angle", self.radials.len());
                     let line = lines.need(&expected)?;
-                    let before = values.len();
-                    for word in line.text.split_whitespace() {
-                        let what = format!("incidence {incidence}, azimuth {azimuth}");
-                        values.push(finite(lines.file, line.place, &what, word)?);
-                    }
-                    let found = values.len() - before;
-                    if found != self.radials.len() {
-                        return Err(lines.wrong(line.place, &expected, &found.to_string()));
-                    }
+                    rows.push(Row { line, incidence: *incidence, azimuth: *azimuth });
                 }
             }
         }
-        lines.word("DataEnd")?;
+        Ok(())
+    }
+
+    /// Reads the values of rows.
+    fn values(&self, file: &File<'_>, rows: &[Row<'_>]) -> Result<Vec<f64>, Error> {
+        let mut values = Vec::new();
+        for Row { line, incidence, azimuth } in rows {
+            let before = values.len();
+            for word in line.text.split_whitespace() {
+                values.push(number(word).ok_or_else(|| {
+                    let what = format!("incidence {incidence}, azimuth {azimuth}");
+                    no_number(file, line.place, &what, word)
+                })?);
+            }
+            let found = values.len() - before;
+            if found != self.radials.len() {
+                return Err(Error::malformed(file.path, line.place, self.row_in_words(), found.to_string()));
+            }
+        }
         Ok(values)
+    }
+
+    fn row_in_words(&self) -> String {
+        format!("{} values, one per radial angle", self.radials.len())
     }
 
     /// The samples of these values, in the order of the file.
     fn measurement(&self, planes: &[Vec<f64>]) -> Measurement {
         let mut table = Tabulated::new(planes.len());
         let mut rows: Vec<_> = planes.iter().map(|plane| plane.iter()).collect();
+        let mut sample = Vec::new();
         let empty = |sample: &[f64]| sample.iter().all(|value| *value == 0.0);
-        for rotation in &self.rotations {
-            for incidence in &self.incidences {
-                for azimuth in &self.azimuths {
-                    for radial in &self.radials {
-                        let sample: Vec<f64> = rows.iter_mut().filter_map(Iterator::next).copied().collect();
-                        table.take(pair([*incidence, *rotation], 0.0, *radial, *azimuth), &sample, empty);
-                    }
-                }
+        let angles =
+            self.rotations.iter().flat_map(|phi| self.incidences.iter().map(move |theta| [*theta, *phi]));
+        let lights: Vec<[f64; 2]> = angles.map(|angles| angles.map(f64::to_radians)).collect();
+        let listed_lights = Listed::all(lights.iter().map(|[theta, phi]| direction(*theta, *phi)));
+        let views = Around::all(&self.radials, &self.azimuths);
+        let listed_views = Listed::all(views.iter().map(|view| view.direction()));
+        for ([theta, phi], light) in lights.into_iter().zip(listed_lights) {
+            let (wi, frame) = (direction(theta, phi), Frame::new(theta, phi));
+            for (around, view) in views.iter().zip(&listed_views) {
+                sample.clear();
+                sample.extend(rows.iter_mut().filter_map(Iterator::next));
+                let twins = light.turning(*view, views.len());
+                table.take(Pair { wi, wo: frame.view(*around) }, twins, &sample, empty);
             }
         }
         let mut measurement =
