@@ -11,7 +11,7 @@ use csv::StringRecord;
 /// # Errors
 /// [`Error::Malformed`] for a text without a header, or a row that is not as wide; the errors of `parse`, as what was expected and what was
 /// found, and of `row`.
-pub(in crate::measurement::formats) fn read_rows<C: Sync, T: Send>(
+pub(crate) fn read_rows<C: Sync, T: Send>(
     file: &File<'_>,
     text: &str,
     parse: impl Fn(&StringRecord) -> Result<C, (String, String)>,

@@ -5,6 +5,7 @@ mod npy;
 mod write;
 
 use self::npy::{Budget, Numbers, Wrong};
+use super::csv::ANGLES;
 use super::fields::HORIZON_TOLERANCE;
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
@@ -43,8 +44,6 @@ const MOST_ARRAYS: usize = 100_000;
 /// The most channels: no instrument resolves more wavelengths.
 const MOST_CHANNELS: usize = 100_000;
 
-/// The arrays of the four angles.
-const ANGLES: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
 /// Arrays that are not the values of a channel.
 const OTHERS: [&str; 6] = ["values", "f", "sigma", "wavelengths_nm", "channels", "description"];
 

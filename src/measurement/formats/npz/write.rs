@@ -3,6 +3,7 @@
 use super::npy::{floats, strings};
 use crate::error::Error;
 use crate::geometry::{Directions, Pair, direction, spherical_degrees};
+use crate::measurement::formats::csv::ANGLES;
 use crate::measurement::formats::writing::{AngleGrid, Covered, Subject, Written};
 use std::io::{Cursor, Write as _};
 use zip::write::SimpleFileOptions;
@@ -66,7 +67,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
         floats(&[samples, rows.len()], all)
     };
     let mut all = || -> Result<(), zip::result::ZipError> {
-        for (name, list) in super::ANGLES.iter().zip(&angles) {
+        for (name, list) in ANGLES.iter().zip(&angles) {
             put(name, &floats(&[samples], list.iter().copied()))?;
         }
         put("values", &by_sample(&values))?;

@@ -17,9 +17,11 @@
 //! The rotation of the sample is taken as the azimuth of the light. A direction below the horizon is left out, and so is a value of 0,
 //! which fills up the places that an instrument does not reach.
 
+mod keywords;
 mod read;
 mod write;
 
+use self::keywords::{LISTS, WORDS, is};
 use super::file::File;
 use super::format::{Confidence, Format};
 
@@ -34,16 +36,6 @@ pub const FORMAT: Format = Format {
     extensions: &["bsdf"],
     write: Some(write::write),
 };
-
-/// The keywords of the header that have a word.
-const WORDS: [&str; 4] = ["Source", "Symmetry", "SpectralContent", "ScatterType"];
-/// The keywords of the header that have a list of angles, from the slowest to the fastest.
-const LISTS: [&str; 4] = ["SampleRotation", "AngleOfIncidence", "ScatterAzimuth", "ScatterRadial"];
-
-/// Whether a word is a keyword. Files spell some in several ways.
-fn is(word: &str, keyword: &str) -> bool {
-    word.eq_ignore_ascii_case(keyword)
-}
 
 fn sniff(file: &File<'_>) -> Confidence {
     let head = file.head(65536);

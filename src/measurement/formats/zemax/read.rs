@@ -1,6 +1,6 @@
 //! Reads Zemax's tabular BSDF.
 
-use super::{LISTS, WORDS, is};
+use super::keywords::{LISTS, WORDS, is};
 use crate::error::{Error, Place, excerpt};
 use crate::geometry::{Pair, direction};
 use crate::measurement::formats::fields::{finite, no_number, number};

@@ -1,6 +1,6 @@
 //! Writes Zemax's tabular BSDF.
 
-use super::LISTS;
+use super::keywords::LISTS;
 use crate::error::Error;
 use crate::geometry::Pair;
 use crate::measurement::formats::specular::{LEAST_COSINE, SpecularGrid, pair};
