@@ -63,7 +63,6 @@ fn every_cut_and_every_damaged_byte() {
         ("ssdd", "binary.ssdd"),
         ("ssdd", "distorted.ssdd"),
         ("rgl", "rgb.bsdf"),
-        ("rgl", "half-turn.bsdf"),
         ("drawdown", "own.csv"),
         ("drawdown", "channels.csv"),
         ("expression", "sum"),
