@@ -147,14 +147,14 @@ MATERIALS = {
         Material("dielectric", "gltf", own("gltf", base_color=PAINT, roughness=0.4, metallic=0.0)),
         Material("metal", "gltf", own("gltf", base_color=GOLD_F0, roughness=0.3, metallic=1.0)),
         Material(
-            "every part", "gltf(coat=clearcoat)",
+            "every part", "gltf(coating=clearcoat)",
             own(
                 "gltf", base_color=PAINT, roughness=0.5, metallic=0.3, ior=1.8, specular=0.6, specular_color=0.9, anisotropy_strength=0.7,
                 clearcoat=0.8, clearcoat_roughness=0.2,
             ),
         ),
         Material(
-            "cloth", "gltf(sheen=charlie)",
+            "cloth", "gltf(fuzz=charlie)",
             own("gltf", base_color=PAINT, roughness=0.7, metallic=0.0, sheen=0.8, sheen_color=(1.0, 0.4, 0.7), sheen_roughness=0.4),
         ),
     ],
@@ -168,14 +168,14 @@ MATERIALS = {
             ),
         ),
         Material(
-            "dielectric, coat and sheen", standard("dielectric", "coat=clear", "sheen=conty-kulla"),
+            "dielectric, coat and sheen", standard("dielectric", "coating=clear", "fuzz=conty-kulla"),
             own(
                 "standard-surface", base_color=PAINT, specular_roughness=0.5, diffuse_roughness=0.3, coat=0.6, coat_roughness=0.3,
                 coat_IOR=1.7, sheen=0.8, sheen_color=(0.3, 0.9, 1.0), sheen_roughness=0.35,
             ),
         ),
         Material(
-            "metal, coated", standard("metal", "coat=clear"),
+            "metal, coated", standard("metal", "coating=clear"),
             own(
                 "standard-surface", base_color=GOLD_F0, specular_color=(1.0, 0.8, 0.5), specular_roughness=0.4, coat=1.0, coat_roughness=0.25,
             ),
@@ -234,7 +234,7 @@ MATERIALS = {
             own("blender-principled", base_color=PAINT, roughness=0.43, ior=1.4, metallic=0.3, diffuse_roughness=0.5, anisotropic=0.4),
         ),
         Material(
-            "principled, coated", "blender-principled(coat=clear)",
+            "principled, coated", "blender-principled(coating=clear)",
             own(
                 "blender-principled", base_color=PAINT, roughness=0.5, metallic=0.2, diffuse_roughness=0.3, coat=0.7, coat_roughness=0.3,
                 coat_ior=1.6,

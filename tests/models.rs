@@ -1,7 +1,7 @@
 //! docs/use/models.md is made from the heads of the source files, which are the models' manuals, and must be what they say
 //! now. `BRDFIT_UPDATE=1 cargo test --release --test integration models` writes it anew.
 
-use crate::common::{manual_of, model_source};
+use crate::common::{every_variant, manual_of, model_source};
 use brdfit::model::{LargestAlbedo, ModelEntry, ParamSpec, REGISTRY, Role, Sharing, largest_albedos};
 use std::fmt::Write as _;
 use std::fs;
@@ -141,4 +141,16 @@ fn every_manual_is_complete() {
         }
     }
     assert!(missing.is_empty(), "not in the manuals: {missing:?}");
+}
+
+/// `model(key=...)` chooses a part or sets a parameter, so that no name may mean both.
+#[test]
+fn no_option_is_called_like_a_parameter() {
+    for (entry, model, choices) in every_variant() {
+        let parameters = model.parameters();
+        for option in entry.options {
+            let clash = parameters.iter().any(|spec| spec.name == option.key);
+            assert!(!clash, "{}({}): {}", entry.name, choices.text(), option.key);
+        }
+    }
 }

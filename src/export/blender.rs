@@ -136,7 +136,7 @@ fn principled(lobe: LobeOf<'_, '_>) -> Result<String, NotHeld> {
         ("Diffuse Roughness", of("diffuse_roughness")?),
         ("Specular Tint", color(lobe.rgb("specular_tint"))),
     ];
-    if lobe.choice("coat") == "clear" {
+    if lobe.choice("coating") == "clear" {
         inputs.extend([
             ("Coat Weight", of("coat")?),
             ("Coat Roughness", of("coat_roughness")?),

@@ -73,12 +73,12 @@ fn of_own(lobe: LobeOf<'_, '_>) -> Result<Material, NotHeld> {
         material.anisotropic = true;
         material.extend("KHR_materials_anisotropy", json!({ "anisotropyStrength": strength }));
     }
-    if lobe.choice("coat") == "clearcoat" {
+    if lobe.choice("coating") == "clearcoat" {
         let (coat, roughness) = (lobe.one("clearcoat")?, lobe.one("clearcoat_roughness")?);
         let coat = json!({ "clearcoatFactor": coat, "clearcoatRoughnessFactor": roughness });
         material.extend("KHR_materials_clearcoat", coat);
     }
-    if lobe.choice("sheen") == "charlie" {
+    if lobe.choice("fuzz") == "charlie" {
         let (strength, roughness) = (lobe.one("sheen")?, lobe.one("sheen_roughness")?);
         let color = lobe.rgb("sheen_color");
         // The brightest channel of the product dims what is below.

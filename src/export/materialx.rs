@@ -33,11 +33,11 @@ fn holds(values: &Values) -> Result<String, NotHeld> {
     } else {
         names.extend(["specular", "specular_IOR", "diffuse_roughness"]);
     }
-    if lobe.choice("coat") == "clear" {
+    if lobe.choice("coating") == "clear" {
         inputs.push(input("color3", "coat_color", "1, 1, 1"));
         names.extend(["coat", "coat_roughness", "coat_IOR"]);
     }
-    if lobe.choice("sheen") == "conty-kulla" && !is_metal {
+    if lobe.choice("fuzz") == "conty-kulla" && !is_metal {
         inputs.push(color(lobe, "sheen_color"));
         names.extend(["sheen", "sheen_roughness"]);
     }

@@ -9,7 +9,7 @@
 //! f_d  b g1 + b^3 g2,  where eon with albedo b = base_color and r = diffuse_roughness is b g1 + b^2 g2, g2 its later bounces
 //! S    mean of s over the facets visible from wo, those that would mirror wo to below the horizon counting 0,
 //!      at (mx my)^(1/4), co and sqrt((ior - 1)/(ior + 1)): linear between the nodes 0, 1/15, ..., 1 of each
-//! coat=clear, on top
+//! coating=clear, on top
 //!   f' = coat Vc Fc(wi.h) + (1 - coat Fc(co)) f,   Vc = D G/(4 ci co) of ggx and smith with m = coat_roughness^2,
 //!   Fc the exact dielectric reflectance of coat_ior
 //! ```
@@ -23,9 +23,9 @@
 //! | base_color | 1 | 0..1 | albedo of the body, f0 of the metal |
 //! | metallic | 1 | 0..1 | 0 dielectric, 1 metal; shared by the channels |
 //! | specular_tint | 1 | 0..1 | scales F0 of the dielectric, and F82 at 82 degrees of the metal; shared, fixed at 1 unless freed |
-//! | coat | 1 | 0..1 | `Coat Weight`, with `coat=clear` only: strength of the coat, shared |
-//! | coat_roughness | 1 | 0.01..1 | `Coat Roughness`, with `coat=clear` only |
-//! | coat_ior | 1 | 1.001..3 | `Coat IOR`, with `coat=clear` only; fixed at 1.5 unless freed |
+//! | coat | 1 | 0..1 | `Coat Weight`, with `coating=clear` only: strength of the coat, shared |
+//! | coat_roughness | 1 | 0.01..1 | `Coat Roughness`, with `coating=clear` only |
+//! | coat_ior | 1 | 1.001..3 | `Coat IOR`, with `coating=clear` only; fixed at 1.5 unless freed |
 //!
 //! Blender 5.0.1, Cycles (<https://projects.blender.org/blender/blender>): `intern/cycles/kernel/svm/closure.h` and
 //! `kernel/closure/bsdf_microfacet.h`, `bsdf_util.h`, `bsdf_oren_nayar.h`; `app/cycles_precompute.cpp` says what the table of S holds. The
@@ -367,7 +367,7 @@ impl Model for BlenderPrincipled {
     const REFERENCE: &'static str = "Blender 5.0.1, Cycles, intern/cycles/kernel/svm/closure.h and kernel/closure, \
         https://projects.blender.org/blender/blender";
     const OPTIONS: &'static [ModelOption] = &[ModelOption {
-        key: "coat",
+        key: "coating",
         summary: "nothing on top, or a clear coat",
         values: || vec!["none", "clear"],
         default: "none",
@@ -375,7 +375,7 @@ impl Model for BlenderPrincipled {
     const RECIPROCAL: bool = false;
 
     fn build(choices: &Choices) -> Self {
-        Self { coated: choices.get("coat") == "clear" }
+        Self { coated: choices.get("coating") == "clear" }
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {

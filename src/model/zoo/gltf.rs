@@ -6,11 +6,11 @@
 //! f  = (1 - M) (F V + (1 - F) base_color/pi) + M (base_color (1 - s) + s) V
 //! F  = f0 (1 - s) + specular s,    f0 = specular min(((ior - 1)/(ior + 1))^2 specular_color, 1)
 //! V  = D G/(4 ci co) of ggx-anisotropic and smith:  my = r^2,  mx = r^2 + (1 - r^2) anisotropy_strength^2
-//! sheen=charlie
+//! fuzz=charlie
 //!   f' = sheen sheen_color Ds Vs + (1 - sheen max(E(ci), E(co))) f,    E(ci) = int Ds Vs co dwo, at most 1
 //!   Ds = (1 + p)/pi (1 - (n.h)^2)^p,    p = 1/(2 a),  a = sheen_roughness^2
 //!   Vs = 1/((1 + Lambda(ci) + Lambda(co)) 4 ci co),    Lambda of the extension's text, no cosine less than 2^-12
-//! coat=clearcoat, on top of the sheen
+//! coating=clearcoat, on top of the sheen
 //!   f' = (1 - clearcoat Fc) f + clearcoat Fc Vc,    Fc = 0.04 (1 - t) + t,  t = (1 - co)^5
 //!   Vc = D G/(4 ci co) of ggx and smith:  m = clearcoat_roughness^2
 //! ```
@@ -24,11 +24,11 @@
 //! | ior | 1 | 1..3 | refractive index, shared; fixed at 1.5 unless freed. It enters f only through f0 |
 //! | specular | 1 | 0..1 | `specularFactor`: scales F of the dielectric, at grazing too; shared, fixed at 1 unless freed |
 //! | specular_color | 1 | 0..25 | `specularColorFactor`: scales f0 only; shared, fixed at 1 unless freed. With ior 1.5, 25 is f0 = 1 |
-//! | clearcoat | 1 | 0..1 | `clearcoatFactor`, with `coat=clearcoat` only: strength of the coat, shared |
-//! | clearcoat_roughness | 1 | 0.01..1 | `clearcoatRoughnessFactor`, with `coat=clearcoat` only |
-//! | sheen | 1 | 0..1 | with `sheen=charlie` only: the largest of the three of `sheenColorFactor`, shared |
-//! | sheen_color | 1 | 0..1 | with `sheen=charlie` only: `sheenColorFactor` divided by `sheen`; fixed at 1 unless freed |
-//! | sheen_roughness | 1 | 0.1..1 | `sheenRoughnessFactor`, with `sheen=charlie` only; a small one leaves a rim of light towards grazing |
+//! | clearcoat | 1 | 0..1 | `clearcoatFactor`, with `coating=clearcoat` only: strength of the coat, shared |
+//! | clearcoat_roughness | 1 | 0.01..1 | `clearcoatRoughnessFactor`, with `coating=clearcoat` only |
+//! | sheen | 1 | 0..1 | with `fuzz=charlie` only: the largest of the three of `sheenColorFactor`, shared |
+//! | sheen_color | 1 | 0..1 | with `fuzz=charlie` only: `sheenColorFactor` divided by `sheen`; fixed at 1 unless freed |
+//! | sheen_roughness | 1 | 0.1..1 | `sheenRoughnessFactor`, with `fuzz=charlie` only; a small one leaves a rim of light towards grazing |
 //!
 //! Khronos Group, glTF 2.0 (<https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html>), Appendix B, "BRDF Implementation", with the
 //! extensions `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_anisotropy` and `KHR_materials_clearcoat`, "Implementation" of
@@ -239,13 +239,13 @@ impl Model for Gltf {
         _anisotropy, _clearcoat, _sheen, https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html";
     const OPTIONS: &'static [ModelOption] = &[
         ModelOption {
-            key: "coat",
+            key: "coating",
             summary: "nothing on top, or a clear coat, which makes f depend on who looks",
             values: || vec!["none", "clearcoat"],
             default: "none",
         },
         ModelOption {
-            key: "sheen",
+            key: "fuzz",
             summary: "no fibres, or those of cloth, below the coat",
             values: || vec!["none", "charlie"],
             default: "none",
@@ -255,7 +255,7 @@ impl Model for Gltf {
     const RECIPROCAL: bool = false;
 
     fn build(choices: &Choices) -> Self {
-        Self { coated: choices.get("coat") == "clearcoat", sheen: choices.get("sheen") == "charlie" }
+        Self { coated: choices.get("coating") == "clearcoat", sheen: choices.get("fuzz") == "charlie" }
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {

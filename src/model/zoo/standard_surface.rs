@@ -13,13 +13,13 @@
 //!        c = base_color, e = specular_color, q = sqrt(c)
 //! V  = D G/(4 ci co):  D = ggx-anisotropic with mx = min(r^2/a, 1), my = r^2 a, a = sqrt(1 - specular_anisotropy);
 //!      G = smith of ggx with m = sqrt(mx my)
-//! sheen=conty-kulla, between the dielectric and its body
+//! fuzz=conty-kulla, between the dielectric and its body
 //!   ON base_color/pi becomes sheen sheen_color Ds/(4 (ci + co - ci co)) + (1 - sheen S) base_color ON/pi
 //!   Ds = (1 + p)/pi (1 - (n.h)^2)^p,  p = 1/(2 sheen_roughness)
 //!   S  = s1/s2, between 0 and 1, with s = c0 + c1 x + c2 z + c3 x z + c4 x^2 + c5 z^2,  x = co, z = sheen_roughness
 //!   s1  13.673  -68.78018  799.08825   -905.00061   60.28956  1086.96473
 //!   s2   1       61.57746  442.78211   2597.49308  121.81241  3045.55075
-//! coat=clear, on top
+//! coating=clear, on top
 //!   f' = coat Vc Fc comp(Fc) + (1 - coat Xc) f,   Vc, Fc and Xc as V, F and X of the dielectric with m = coat_roughness^2, coat_IOR
 //! comp(F) = 1 + F (1 - A - B)/(A + B):  A, B of (co, m), the albedo of V is F0 A + B for Schlick's F
 //! A  = p1/p3, B = p2/p4, each between 0 and 1, with p = c0 + c1 x + c2 y + c3 x y + c4 x^2 + c5 y^2 + c6 x^2 y + c7 x y^2 + c8 x^2 y^2,
@@ -39,12 +39,12 @@
 //! | base_color | 1 | 0..1 | albedo of the body; in `base=metal` a shape, the reflectance of the metal at normal incidence, 1e-4..0.99 |
 //! | specular | 1 | 0..1 | strength of the dielectric's highlight, shared; fixed at 1 unless freed |
 //! | specular_color | 1 | 0..1 | tint of the dielectric's highlight, fixed at 1 unless freed; in `base=metal` a shape that sets the colour towards grazing |
-//! | coat | 1 | 0..1 | with `coat=clear` only: strength of the coat, shared |
-//! | coat_roughness | 1 | 0.01..1 | with `coat=clear` only: roughness of the coat |
-//! | coat_IOR | 1 | 1..3 | with `coat=clear` only: refractive index of the coat; fixed at 1.5 unless freed |
-//! | sheen | 1 | 0..1 | with `sheen=conty-kulla` only: strength of the sheen, shared |
-//! | sheen_color | 1 | 0..1 | with `sheen=conty-kulla` only: tint of the sheen, which does not dim the body; fixed at 1 unless freed |
-//! | sheen_roughness | 1 | 0.01..1 | with `sheen=conty-kulla` only: small leaves a rim of light towards grazing |
+//! | coat | 1 | 0..1 | with `coating=clear` only: strength of the coat, shared |
+//! | coat_roughness | 1 | 0.01..1 | with `coating=clear` only: roughness of the coat |
+//! | coat_IOR | 1 | 1..3 | with `coating=clear` only: refractive index of the coat; fixed at 1.5 unless freed |
+//! | sheen | 1 | 0..1 | with `fuzz=conty-kulla` only: strength of the sheen, shared |
+//! | sheen_color | 1 | 0..1 | with `fuzz=conty-kulla` only: tint of the sheen, which does not dim the body; fixed at 1 unless freed |
+//! | sheen_roughness | 1 | 0.01..1 | with `fuzz=conty-kulla` only: small leaves a rim of light towards grazing |
 //!
 //! Autodesk Standard Surface, version 1.0.1 (Georgiev et al. 2019, <https://autodesk.github.io/standard-surface/>). The document
 //! leaves the lobes and their layering open in part; these are those of MaterialX, version 1.39.5
@@ -465,13 +465,13 @@ impl Model for StandardSurface {
             default: "dielectric",
         },
         ModelOption {
-            key: "coat",
+            key: "coating",
             summary: "nothing on top, or a clear coat",
             values: || vec!["none", "clear"],
             default: "none",
         },
         ModelOption {
-            key: "sheen",
+            key: "fuzz",
             summary: "no fibres, or those of cloth, on the body of a dielectric",
             values: || vec!["none", "conty-kulla"],
             default: "none",
@@ -485,8 +485,8 @@ impl Model for StandardSurface {
                 "metal" => Base::Metal,
                 _ => Base::Dielectric,
             },
-            coated: choices.get("coat") == "clear",
-            sheen: choices.get("sheen") == "conty-kulla",
+            coated: choices.get("coating") == "clear",
+            sheen: choices.get("fuzz") == "conty-kulla",
         }
     }
 
