@@ -233,13 +233,6 @@ MATERIALS = {
             "principled", "blender-principled",
             own("blender-principled", base_color=PAINT, roughness=0.43, ior=1.4, metallic=0.3, diffuse_roughness=0.5, anisotropic=0.4),
         ),
-        Material(
-            "principled, coated", "blender-principled(coating=clear)",
-            own(
-                "blender-principled", base_color=PAINT, roughness=0.5, metallic=0.2, diffuse_roughness=0.3, coat=0.7, coat_roughness=0.3,
-                coat_ior=1.6,
-            ),
-        ),
     ],
     "blender-gltf": [
         Material("matte", "lambert", lambert(*PAINT)),

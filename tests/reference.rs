@@ -232,7 +232,6 @@ const VARIANTS: &[(&str, &str)] = &[
     ("standard-surface-metal-coat", "standard-surface(base=metal, coating=clear)"),
     ("standard-surface-sheen", "standard-surface(fuzz=conty-kulla)"),
     ("standard-surface-coat-sheen", "standard-surface(coating=clear, fuzz=conty-kulla)"),
-    ("blender-principled-coat", "blender-principled(coating=clear)"),
 ];
 
 fn expression(file: &str) -> Expression {

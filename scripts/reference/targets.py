@@ -355,13 +355,6 @@ def blender(g: Geometry, roughness, anisotropic, ior, sigma, color, metallic, ti
     return mix(mix(f0 * tint, 1, s) * surface + through * body, metal, metallic)
 
 
-def blender_coat(g: Geometry, roughness, anisotropic, ior, sigma, coat_roughness, coat_ior, color, metallic, tint, coat):
-    """The albedo that dims what is below a coat is its Fresnel reflectance for the viewer: bsdf_microfacet_estimate_albedo."""
-    below = blender(g, roughness, anisotropic, ior, sigma, color, metallic, tint)
-    highlight = lobe(g, coat_roughness**2, coat_roughness**2) * dielectric_of_index(g.mu, coat_ior)
-    return coat * highlight + (1 - coat * dielectric_of_index(g.co, coat_ior)) * below
-
-
 TARGETS = [
     Whole(
         "gltf",
@@ -497,17 +490,5 @@ TARGETS = [
             ("0.23", "0.9", "1.1", "0.5", "0.9", 1, "0.9"), ("0.51", "0.2", 3, "1e-3", "1e-9", "1e-9", "1e-9"),
         ),
         blender,
-    ),
-    Whole(
-        "blender-principled-coat",
-        (
-            "roughness", "anisotropic", "ior", "diffuse_roughness", "coat_roughness", "coat_ior", "base_color", "metallic", "specular_tint",
-            "coat",
-        ),
-        numbers(
-            ("0.37", 0, "1.5", 0, "0.1", "1.5", "0.2", "1e-9", 1, "0.5"), ("0.23", "0.9", "1.1", "0.5", "0.6", "1.8", "0.9", "0.7", "0.9", 1),
-            ("0.51", "0.2", 2, "0.7", "0.05", "1.01", "0.5", "0.04", "0.5", "1e-9"),
-        ),
-        blender_coat,
     ),
 ]

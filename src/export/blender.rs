@@ -127,7 +127,7 @@ fn node(lobe: LobeOf<'_, '_>) -> Result<String, NotHeld> {
 /// The call that adds Blender's own material.
 fn principled(lobe: LobeOf<'_, '_>) -> Result<String, NotHeld> {
     let of = |name| lobe.one(name).map(|value| value.to_string());
-    let mut inputs = vec![
+    let inputs = [
         ("Base Color", color(lobe.rgb_within("base_color", 0.0, 1.0))),
         ("Metallic", of("metallic")?),
         ("Roughness", of("roughness")?),
@@ -136,13 +136,6 @@ fn principled(lobe: LobeOf<'_, '_>) -> Result<String, NotHeld> {
         ("Diffuse Roughness", of("diffuse_roughness")?),
         ("Specular Tint", color(lobe.rgb("specular_tint"))),
     ];
-    if lobe.choice("coating") == "clear" {
-        inputs.extend([
-            ("Coat Weight", of("coat")?),
-            ("Coat Roughness", of("coat_roughness")?),
-            ("Coat IOR", of("coat_ior")?),
-        ]);
-    }
     let strength = lobe.strength()?;
     if !(0.0..=1.0).contains(&strength) {
         return Err(lobe.not_held());

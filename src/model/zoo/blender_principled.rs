@@ -9,9 +9,6 @@
 //! f_d  b g1 + b^3 g2,  where eon with albedo b = base_color and r = diffuse_roughness is b g1 + b^2 g2, g2 its later bounces
 //! S    mean of s over the facets visible from wo, those that would mirror wo to below the horizon counting 0,
 //!      at (mx my)^(1/4), co and sqrt((ior - 1)/(ior + 1)): linear between the nodes 0, 1/15, ..., 1 of each
-//! coating=clear, on top
-//!   f' = coat Vc Fc(wi.h) + (1 - coat Fc(co)) f,   Vc = D G/(4 ci co) of ggx and smith with m = coat_roughness^2,
-//!   Fc the exact dielectric reflectance of coat_ior
 //! ```
 //!
 //! | parameter | unit | bounds | meaning |
@@ -23,9 +20,6 @@
 //! | base_color | 1 | 0..1 | albedo of the body, f0 of the metal |
 //! | metallic | 1 | 0..1 | 0 dielectric, 1 metal; shared by the channels |
 //! | specular_tint | 1 | 0..1 | scales F0 of the dielectric, and F82 at 82 degrees of the metal; shared, fixed at 1 unless freed |
-//! | coat | 1 | 0..1 | `Coat Weight`, with `coating=clear` only: strength of the coat, shared |
-//! | coat_roughness | 1 | 0.01..1 | `Coat Roughness`, with `coating=clear` only |
-//! | coat_ior | 1 | 1.001..3 | `Coat IOR`, with `coating=clear` only; fixed at 1.5 unless freed |
 //!
 //! Blender 5.0.1, Cycles (<https://projects.blender.org/blender/blender>): `intern/cycles/kernel/svm/closure.h` and
 //! `kernel/closure/bsdf_microfacet.h`, `bsdf_util.h`, `bsdf_oren_nayar.h`; `app/cycles_precompute.cpp` says what the table of S holds. The
@@ -35,48 +29,39 @@
 //! Departures: the lower bounds of roughness and index; below roughness of about 0.01 Cycles renders a mirror. F82 is not cut off
 //! at 0, below which it can fall slightly, near 82 degrees, for a tint close to 0. The nodes of S are integrated here (in ten
 //! milliseconds where roughness and index first fall into a cell of the table) rather than copied; Cycles has them from random samples,
-//! off by up to 1e-5. Left out: sheen, which is a table
-//! of Cycles (Zeltner, Burley and Chiang 2022), the tint of a coat (white), thin film, transmission, subsurface, emission, and the
-//! compensation of "Multiscatter GGX". specular_tint is shared by the channels, since what
+//! off by up to 1e-5. Left out: coat (Cycles dims what lies below it by a table of its albedo, which was not identified), sheen, thin film,
+//! transmission, subsurface, emission, and the compensation of "Multiscatter GGX". specular_tint is shared by the channels, since what
 //! reaches the body depends on that of the brightest.
-//!
-//! The coat dims what is below as if it were smooth, by its reflectance for the viewer.
 //!
 //! Two peculiarities are Cycles' own. The later bounces of the rough body carry base_color once more than EON's, so a rough body of
 //! middle grey is darker. And S is linear between nodes, so derivatives jump at the multiples of 1/15 of roughness.
 //!
 //! Identifiability: as for `gltf` and `openpbr(base=mixed)`: one channel determines base_color and metallic once ior is fixed. M strictly
-//! between 0 and 1 is a mixture of two materials; if M = 0 or M = 1 fits as well, prefer that. coat and
-//! coat_ior both scale the coat's highlight; the coat shows where its roughness differs from that of the surface below.
+//! between 0 and 1 is a mixture of two materials; if M = 0 or M = 1 fits as well, prefer that.
 //!
-//! Not reciprocal: S, and what the coat lets through, depend on the viewer alone; wo is the viewer. Finite at grazing. Seen in light from all around, it never returns more
+//! Not reciprocal: S depends on the viewer alone; wo is the viewer. Finite at grazing. Seen in light from all around, it never returns more
 //! than it receives: the estimate of what the surface reflects neglects shadowing, so it is too high if anything. Lit from one direction near
 //! grazing it returns more: the body is not dimmed by what the surface reflects of the light on its way in.
 #![allow(clippy::indexing_slicing, reason = "a kernel: nodes and cells are within the table")]
 
-use super::gltf::Squared;
 use super::openpbr::{BODY, Body, body_coefficients};
 use crate::geometry::Geometry;
 use crate::math::{GaussLegendre, Real, Scalar, count};
-use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Isotropic, Shadows};
+use crate::model::parts::distribution::{Anisotropic, Density, Ggx, Shadows};
 use crate::model::parts::fresnel::{
-    Constants, DielectricIndex, Fresnel, FresnelReflectance, Reflectance, Schlick, index_constants,
-    index_reflectance, index_transmittance,
+    Constants, Fresnel, FresnelReflectance, Schlick, index_constants, index_reflectance,
 };
 use crate::model::parts::shadowing::Smith;
 use crate::model::{
-    Choices, Kernel, Model, ModelOption, ParamSpec, Part, PreparedBy, Reshape, Reshaped, Scale, Sharing,
-    Sharper, Strength, Values, Visitor,
+    Choices, Kernel, Model, ParamSpec, Part, PreparedBy, Reshape, Reshaped, Scale, Sharing, Sharper,
+    Strength, Values, Visitor,
 };
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::sync::{LazyLock, OnceLock};
 
 /// Blender's Principled BSDF.
 #[derive(Clone, Copy, Debug)]
-pub struct BlenderPrincipled {
-    /// Whether a clear coat lies on top.
-    coated: bool,
-}
+pub struct BlenderPrincipled;
 
 /// Index of the first of the shapes that hold the surface's roughness, anisotropy and index.
 const ROUGHNESS: usize = 0;
@@ -84,10 +69,6 @@ const ROUGHNESS: usize = 0;
 const IOR: usize = 2;
 /// Index of the shape that is the body's roughness.
 const DIFFUSE_ROUGHNESS: usize = 3;
-/// Index of the shape that is the coat's roughness.
-const COAT_ROUGHNESS: usize = 4;
-/// Index of the shape that is the coat's index of refraction.
-const COAT_IOR: usize = 5;
 
 /// mx and my of the surface.
 struct Surface;
@@ -311,71 +292,20 @@ impl Part for Facets {
     }
 }
 
-/// 1 - Fc at the viewer's side. Its shape is the coat's index.
-struct BelowCoat;
-
-impl Kernel for BelowCoat {
-    type Prepared<T: Scalar> = Constants<T>;
-    type Output<T: Scalar> = [T; 1];
-
-    #[inline(always)]
-    fn at<T: Scalar>(constants: &Constants<T>, g: &Geometry<T::Real>) -> [T; 1] {
-        [index_transmittance(constants, g.cos_o())]
-    }
-}
-
-impl Part for BelowCoat {
-    type Kernel = Self;
-    const SHAPES: usize = 1;
-
-    fn prepare<T: Scalar>(mut shapes: Values<'_, T>) -> Constants<T> {
-        let [eta] = shapes.take();
-        index_constants(eta)
-    }
-}
-
-/// Number of coefficients below the coat: the body's with the tint and without, two of the dielectric's highlight and three of the metal's.
-const BASE: usize = 2 * BODY + 2 + 3;
-
-impl BlenderPrincipled {
-    /// Passes body and highlight, dimmed by the coat or not, to `visitor`.
-    fn show_base(visitor: &mut impl Visitor, below_coat: bool) {
-        let end_term = |visitor: &mut _| {
-            if below_coat {
-                Visitor::part::<BelowCoat>(visitor, COAT_IOR);
-            }
-            Visitor::next_term(visitor);
-        };
-        visitor.part::<Body>(DIFFUSE_ROUGHNESS);
-        visitor.part::<Through>(ROUGHNESS);
-        end_term(visitor);
-        visitor.part::<Body>(DIFFUSE_ROUGHNESS);
-        visitor.part::<Untinted>(ROUGHNESS);
-        end_term(visitor);
-        visitor.part::<Reshaped<Density<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
-        visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
-        visitor.part::<Facets>(IOR);
-        end_term(visitor);
-    }
-}
+/// Number of coefficients: the body's with the tint and without, two of the dielectric's highlight and three of the metal's.
+const COEFFICIENTS: usize = 2 * BODY + 2 + 3;
 
 impl Model for BlenderPrincipled {
-    type Coefficients<T: Scalar> = [T; 2 * BASE + 1];
+    type Coefficients<T: Scalar> = [T; COEFFICIENTS];
 
     const NAME: &'static str = "blender-principled";
-    const SUMMARY: &'static str = "base, specular and coat of Blender's Principled BSDF";
+    const SUMMARY: &'static str = "base and specular of Blender's Principled BSDF";
     const REFERENCE: &'static str = "Blender 5.0.1, Cycles, intern/cycles/kernel/svm/closure.h and kernel/closure, \
         https://projects.blender.org/blender/blender";
-    const OPTIONS: &'static [ModelOption] = &[ModelOption {
-        key: "coating",
-        summary: "nothing on top, or a clear coat",
-        values: || vec!["none", "clear"],
-        default: "none",
-    }];
     const RECIPROCAL: bool = false;
 
-    fn build(choices: &Choices) -> Self {
-        Self { coated: choices.get("coating") == "clear" }
+    fn build(_: &Choices) -> Self {
+        Self
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
@@ -386,7 +316,7 @@ impl Model for BlenderPrincipled {
             let spec = ParamSpec::amplitude(name, summary, 1.0, initial);
             ParamSpec { sharing: Sharing::Shared, ..spec }
         };
-        let mut all = vec![
+        vec![
             shape("roughness", "roughness of the surface", (0.01, 1.0), (0.05, 1.0), 0.3)
                 .sharper_when(Sharper::Smaller),
             shape("anisotropic", "anisotropy of the surface", (0.0, 1.0), (0.1, 0.9), 0.0)
@@ -394,52 +324,36 @@ impl Model for BlenderPrincipled {
                 .fixed(),
             shape("ior", "refractive index", (1.001, 3.0), (1.1, 2.5), 1.5).fixed(),
             shape("diffuse_roughness", "roughness of the body", (0.0, 1.0), (0.0, 1.0), 0.5),
-        ];
-        if self.coated {
-            all.extend([
-                shape("coat_roughness", "roughness of the coat", (0.01, 1.0), (0.05, 1.0), 0.1),
-                shape("coat_ior", "refractive index of the coat", (1.001, 3.0), (1.1, 2.5), 1.5).fixed(),
-            ]);
-        }
-        all.extend([
             ParamSpec::amplitude("base_color", "albedo of the body, f0 of the metal", 1.0, 0.2),
             shared("metallic", "metal or dielectric", 0.1),
             shared("specular_tint", "scale of F0, and the metal's colour at 82 degrees", 1.0).fixed(),
-        ]);
-        if self.coated {
-            all.push(shared("coat", "strength of the coat", 0.5));
-        }
-        all
+        ]
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {
-        Self::show_base(visitor, false);
-        if self.coated {
-            Self::show_base(visitor, true);
-            visitor.part::<Reshaped<Density<Ggx<Isotropic>>, Squared>>(COAT_ROUGHNESS);
-            visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Isotropic>>, Squared>>(COAT_ROUGHNESS);
-            visitor.part::<Reflectance<DielectricIndex>>(COAT_IOR);
-        }
+        visitor.part::<Body>(DIFFUSE_ROUGHNESS);
+        visitor.part::<Through>(ROUGHNESS);
+        visitor.next_term();
+        visitor.part::<Body>(DIFFUSE_ROUGHNESS);
+        visitor.part::<Untinted>(ROUGHNESS);
+        visitor.next_term();
+        visitor.part::<Reshaped<Density<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
+        visitor.part::<Reshaped<<Smith as Shadows>::Visibility<Ggx<Anisotropic>>, Surface>>(ROUGHNESS);
+        visitor.part::<Facets>(IOR);
     }
 
-    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; 2 * BASE + 1] {
+    fn coefficients<T: Scalar>(&self, mut amplitudes: Values<'_, T>) -> [T; COEFFICIENTS] {
         let [base, metallic, tint] = amplitudes.take();
-        let (zero, one) = (T::constant(0.0), T::constant(1.0));
-        let [coat] = if self.coated { amplitudes.take() } else { [zero] };
-        let dielectric = -metallic + one;
+        let dielectric = -metallic + T::constant(1.0);
         let [single, later @ ..] = body_coefficients(base);
         // Later bounces have the colour once more.
         let body = || std::iter::once(single).chain(later.map(|coefficient| base * coefficient));
         let (tinted, untinted) = (dielectric * tint, dielectric * (-tint).plus(1.0));
         let metal = Fresnel::F82Tint.coefficients(&mut Values::new(&[base, tint]));
         let below = [tinted, untinted].into_iter().flat_map(|factor| body().map(move |x| factor * x));
-        let below = below.chain([tinted, dielectric]).chain(metal.map(|coefficient| metallic * coefficient));
-        let below: Vec<T> = below.collect();
-        // 1 - coat Fc is this times 1, and times 1 - Fc.
-        let through_coat = if self.coated { vec![one - coat, coat] } else { vec![one] };
-        let dimmed = through_coat.iter().flat_map(|through| below.iter().map(|amount| *amount * *through));
-        let mut visited = dimmed.chain(std::iter::once(coat));
-        std::array::from_fn(|_| visited.next().unwrap_or(zero))
+        let mut all =
+            below.chain([tinted, dielectric]).chain(metal.map(|coefficient| metallic * coefficient));
+        std::array::from_fn(|_| all.next().unwrap_or(T::constant(0.0)))
     }
 
     fn strength(&self) -> Strength {
