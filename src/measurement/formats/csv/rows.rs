@@ -106,7 +106,9 @@ mod tests {
     #[test]
     fn parts_keep_their_order() {
         let text: String = std::iter::once("a,b\n".to_owned())
-            .chain((1..100_000).map(|k| format!("{k},{}{}\n", k * k, if k % 7 == 0 { "\r" } else { "" })))
+            .chain(
+                (1..100_000_usize).map(|k| format!("{k},{}{}\n", k * k, if k % 7 == 0 { "\r" } else { "" })),
+            )
             .collect();
         let read = |text: &str| {
             let file = File::new(Path::new("long.csv"), text.as_bytes()).unwrap();
