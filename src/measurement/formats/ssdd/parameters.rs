@@ -169,6 +169,7 @@ fn distorted(light: &First, [theta, phi]: [f64; 2]) -> Pair {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measurement::formats::tabulated::Tabulated;
     use approx::assert_abs_diff_eq;
 
     fn assert_pair(parameters: Parameters, degrees: [f64; 4], expected: [f64; 4]) {
@@ -201,5 +202,30 @@ mod tests {
         assert_pair(Distorted, [40.0, 20.0, 45.0, 200.0], [40.0, 20.0, 65.0, 200.0]);
         // Without incidence nothing is distorted.
         assert_pair(Distorted, [0.0, 0.0, 45.0, 200.0], [0.0, 0.0, 45.0, 200.0]);
+    }
+
+    /// The directions themselves are the reference, for lists with every kind of repetition: at the normal, after a whole turn, of an angle.
+    #[test]
+    fn places_repeat_where_their_directions_do() {
+        let lists = [
+            vec![0.0, 30.0, 30.0, 60.0],
+            vec![0.0, 90.0, 180.0, 360.0],
+            vec![0.0, 20.0, 20.0, 45.0],
+            vec![0.0, 90.0, 180.0, 360.0],
+            vec![0.0; 4],
+        ];
+        for parameters in Parameters::ALL {
+            let (mut by_twins, mut by_directions) = (Tabulated::new(1), Tabulated::new(1));
+            for ((pair, twins), place) in Pairs::new(parameters, &lists).iter().zip(0_u32..) {
+                // Some differ from the first of their directions, and stay.
+                let sample = [f64::from(place % 5 / 4)];
+                by_twins.take(pair, twins, &sample, |_| false);
+                by_directions.take(pair, Twins::Unknown, &sample, |_| false);
+            }
+            let [found, expected] = [by_twins, by_directions].map(|table| table.measurement(Vec::new()));
+            assert!(expected.dropped.get("repeated").is_some_and(|number| *number > 100), "{expected:?}");
+            assert_eq!(found.dropped, expected.dropped, "{parameters:?}");
+            assert_eq!(found.values, expected.values, "{parameters:?}");
+        }
     }
 }
