@@ -4,7 +4,9 @@
 //! s. The azimuth a turns about s: 0 points from s towards the normal, and 90 degrees along s x (the direction at 0), so that it runs
 //! counter-clockwise for whoever looks at the surface along s. Hence
 //!
-//!     wo = cos(r) s + sin(r) (cos(a) u + sin(a) s x u),
+//! ```text
+//! wo = cos(r) s + sin(r) (cos(a) u + sin(a) s x u)
+//! ```
 //!
 //! with u the direction at a right angle to s in the plane of incidence, on the side of the normal. In the plane of incidence, azimuth
 //! 0 first leads to the normal, then towards the light; azimuth 180 degrees leads to the horizon.
