@@ -1,6 +1,5 @@
 //! What reading a file costs, beside reading its bytes and hashing them, which a report needs in any case.
 
-use super::timing::median;
 use super::{Setup, markdown};
 use brdfit::geometry::{Directions, Pair, spherical_degrees};
 use brdfit::measurement::formats::{AngleGrid, REGISTRY, ReadOptions, Subject, everywhere, read};
@@ -93,7 +92,7 @@ fn files(quick: bool) -> Vec<(&'static str, Vec<u8>)> {
     files
 }
 
-/// Seconds of one run of `work`, the median of several.
+/// Seconds of the fastest of several runs of `work`: what else the machine does only adds, and would add to one side of a ratio.
 fn seconds<T>(runs: usize, mut work: impl FnMut() -> T) -> f64 {
     let run = |work: &mut dyn FnMut() -> T| {
         let started = Instant::now();
@@ -101,12 +100,12 @@ fn seconds<T>(runs: usize, mut work: impl FnMut() -> T) -> f64 {
         started.elapsed().as_secs_f64()
     };
     run(&mut work);
-    median((0..runs).map(|_| run(&mut work)))
+    (0..runs).map(|_| run(&mut work)).fold(f64::INFINITY, f64::min)
 }
 
 /// The time of each reader as a multiple of that of a plain read and a hash.
 pub fn table(setup: &Setup) -> String {
-    let runs = if setup.quick() { 3 } else { 15 };
+    let runs = if setup.quick() { 3 } else { 45 };
     let rows: Vec<Vec<String>> = files(setup.quick())
         .into_iter()
         .map(|(name, bytes)| {
