@@ -126,8 +126,10 @@ fn format(arguments: &Arguments) -> Result<&'static Format, Error> {
             Err(Error::invalid("-o", expected, arguments.output.display().to_string()))
         }
         (None, _) => {
-            let endings: Vec<String> =
+            let mut endings: Vec<String> =
                 writable().flat_map(|f| f.extensions.iter().map(|ending| format!(".{ending}"))).collect();
+            endings.sort_unstable();
+            endings.dedup();
             let expected = format!("a name that ends in {}, or --to {}", endings.join(", "), names.join("|"));
             Err(Error::invalid("-o", expected, arguments.output.display().to_string()))
         }

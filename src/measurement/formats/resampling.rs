@@ -6,6 +6,7 @@ use super::{File, read_file};
 use crate::error::Error;
 use crate::geometry::{Directions, Geometry, Pair};
 use crate::measurement::interpolant::Interpolant;
+use crate::measurement::{KnownSamples, Measurement};
 use crate::synthetic::scattered_directions;
 use std::path::Path;
 
@@ -63,7 +64,7 @@ pub fn resampling(bytes: &[u8], format: &Format, subject: &Subject<'_>) -> Resul
         return Ok(None);
     }
     let found = same_samples(&read.directions, &pairs).then(|| read.values.clone());
-    let found = found.unwrap_or_else(|| Interpolant::new(&read).at(&pairs).values);
+    let found = found.unwrap_or_else(|| values_at(&read, &pairs));
     let (mut difference, mut scale) = (0.0, 0.0);
     let mut relative = Vec::new();
     for (found, wanted) in found.iter().zip(&wanted) {
@@ -81,6 +82,21 @@ pub fn resampling(bytes: &[u8], format: &Format, subject: &Subject<'_>) -> Resul
     relative.sort_by(f64::total_cmp);
     let median = relative.get(relative.len() / 2).copied().unwrap_or_default();
     Ok(Some(Resampling { relative_rms: (difference / scale).sqrt(), median, pairs: pairs.len() }))
+}
+
+/// The values of a measurement: those of its samples at their directions, interpolated between them.
+fn values_at(measurement: &Measurement, pairs: &[Pair]) -> Vec<Vec<f64>> {
+    let mut values = Interpolant::new(measurement).at(pairs).values;
+    let known = KnownSamples::new(measurement);
+    for (at, sample) in pairs.iter().map(|pair| known.at(pair)).enumerate() {
+        let Some(sample) = sample else { continue };
+        for (row, own) in values.iter_mut().zip(&measurement.values) {
+            if let (Some(value), Some(f)) = (row.get_mut(at), own.get(sample)) {
+                *value = *f;
+            }
+        }
+    }
+    values
 }
 
 /// Whether the samples of a file are at these pairs, in the same order.
