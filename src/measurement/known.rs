@@ -30,6 +30,19 @@ impl KnownSamples {
         Self { by_place }
     }
 
+    /// Replaces the values at those pairs of directions that are a sample's own by the sample. `values` are by channel and pair, and
+    /// `measurement` is the one that was sorted.
+    pub fn put(&self, measurement: &Measurement, pairs: &[Pair], values: &mut [Vec<f64>]) {
+        for (at, sample) in pairs.iter().map(|pair| self.at(pair)).enumerate() {
+            let Some(sample) = sample else { continue };
+            for (row, own) in values.iter_mut().zip(&measurement.values) {
+                if let (Some(value), Some(f)) = (row.get_mut(at), own.get(sample)) {
+                    *value = *f;
+                }
+            }
+        }
+    }
+
     /// The sample at a pair of directions; `None` if there is none.
     #[must_use]
     pub fn at(&self, pair: &Pair) -> Option<usize> {

@@ -210,14 +210,7 @@ impl Source {
             Kind::Measured { measurement, known, interpolant } => {
                 let mut values = interpolant.at(pairs).values;
                 // An interpolant may average samples; those at the very directions stay as they are.
-                for (at, sample) in pairs.iter().map(|pair| known.at(pair)).enumerate() {
-                    let Some(sample) = sample else { continue };
-                    for (row, own) in values.iter_mut().zip(&measurement.values) {
-                        if let (Some(value), Some(f)) = (row.get_mut(at), own.get(sample)) {
-                            *value = *f;
-                        }
-                    }
-                }
+                known.put(measurement, pairs, &mut values);
                 values
             }
             Kind::Fitted { recorded, values, colours } => {

@@ -87,15 +87,7 @@ pub fn resampling(bytes: &[u8], format: &Format, subject: &Subject<'_>) -> Resul
 /// The values of a measurement: those of its samples at their directions, interpolated between them.
 fn values_at(measurement: &Measurement, pairs: &[Pair]) -> Vec<Vec<f64>> {
     let mut values = Interpolant::new(measurement).at(pairs).values;
-    let known = KnownSamples::new(measurement);
-    for (at, sample) in pairs.iter().map(|pair| known.at(pair)).enumerate() {
-        let Some(sample) = sample else { continue };
-        for (row, own) in values.iter_mut().zip(&measurement.values) {
-            if let (Some(value), Some(f)) = (row.get_mut(at), own.get(sample)) {
-                *value = *f;
-            }
-        }
-    }
+    KnownSamples::new(measurement).put(measurement, pairs, &mut values);
     values
 }
 
