@@ -1,7 +1,9 @@
 //! What a file says about the instrument and the sample, beside the values.
 
+use serde::Serialize;
+
 /// The total share of light that is scattered from one direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct TotalScatter {
     /// The angle of incidence, degrees.
@@ -21,7 +23,7 @@ impl TotalScatter {
 }
 
 /// The instrument of a measurement, as far as its file describes it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Instrument {
     /// What the file says in words, in one line: sample, instrument, date.

@@ -1,27 +1,9 @@
 //! `brdfit convert`.
 
-use super::{assert_refused, refused};
-use crate::common::{Folder, Run};
-
-/// A run that must succeed; what is said on standard error is notes and warnings.
-fn converted(folder: &Folder, line: &str) -> Run {
-    let run = folder.brdfit(line);
-    assert_eq!(run.code, Some(0), "{run:?}");
-    assert!(
-        run.stderr.lines().all(|line| line.starts_with("note: ") || line.starts_with("warning: ")),
-        "{run:?}"
-    );
-    run
-}
+use super::{assert_refused, paint, refused, with_notes};
+use crate::common::Folder;
 
 const MODEL: &str = "lambert + cook-torrance";
-
-/// A paint in three channels, measured without noise, and its fit.
-fn paint(folder: &Folder) {
-    let set = "kd.r=0.4 kd.g=0.1 kd.b=0.05 m=0.2 f0=0.05";
-    folder.brdfit(&format!("synth -m '{MODEL}' --set {set} --directions 400 --seed 1 -o paint.csv")).good();
-    folder.brdfit(&format!("fit paint.csv -m '{MODEL}' -o paint.json -q")).good();
-}
 
 /// The records of a CSV, as numbers.
 fn numbers(text: &str) -> Vec<Vec<f64>> {
@@ -48,7 +30,7 @@ fn values_at_given_directions_are_those_of_the_model_or_of_the_samples() {
     paint(&folder);
     folder
         .write("at.csv", "theta_i,phi_i,theta_o,phi_o\n0,0,0,0\n30,10,40,200\n-20,0,35,0\n89.9,0,89.9,180\n");
-    converted(&folder, "convert paint.json --at at.csv -o model.csv");
+    with_notes(&folder, "convert paint.json --at at.csv -o model.csv");
     folder.brdfit("evaluate paint.json --at at.csv -o evaluated.csv").good();
     let (model, evaluated) = (numbers(&folder.read("model.csv")), numbers(&folder.read("evaluated.csv")));
     for (found, wanted) in model.iter().zip(&evaluated) {
@@ -57,7 +39,7 @@ fn values_at_given_directions_are_those_of_the_model_or_of_the_samples() {
     assert_eq!(model.len(), 4);
     assert!(folder.read("model.csv").contains("theta_i,phi_i,theta_o,phi_o,r,g,b\n"));
     // A measurement gives back its own samples at their directions.
-    let run = converted(&folder, "convert paint.csv --at paint.csv -o same.csv");
+    let run = with_notes(&folder, "convert paint.csv --at paint.csv -o same.csv");
     assert!(!run.stderr.contains("extrapolated"), "{run:?}");
     for (found, wanted) in numbers(&folder.read("same.csv")).iter().zip(numbers(&folder.read("paint.csv"))) {
         assert!(
@@ -66,7 +48,7 @@ fn values_at_given_directions_are_those_of_the_model_or_of_the_samples() {
         );
     }
     // Beyond the samples it says that it extrapolates.
-    let run = converted(&folder, "convert paint.csv --at at.csv -o beyond.csv");
+    let run = with_notes(&folder, "convert paint.csv --at at.csv -o beyond.csv");
     assert!(run.stderr.contains("of 4 directions lie outside the measured ones"), "{run:?}");
 }
 
@@ -74,7 +56,7 @@ fn values_at_given_directions_are_those_of_the_model_or_of_the_samples() {
 fn a_table_keeps_what_it_can_and_says_what_it_cannot() {
     let folder = Folder::new();
     paint(&folder);
-    let run = converted(&folder, "convert paint.csv -o copy.csv");
+    let run = with_notes(&folder, "convert paint.csv -o copy.csv");
     assert!(
         run.stderr.contains("copy.csv: csv; read back") && run.stderr.contains("relative RMS 0 %"),
         "{run:?}"
@@ -84,7 +66,7 @@ fn a_table_keeps_what_it_can_and_says_what_it_cannot() {
         assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-10), "{found:?} {wanted:?}");
     }
     // A MERL table of a fit gives the fit back.
-    let run = converted(&folder, "convert paint.json -o paint.binary");
+    let run = with_notes(&folder, "convert paint.json -o paint.binary");
     assert!(run.stderr.contains("paint.binary: merl; read back at 4000 random"), "{run:?}");
     let found = fitted(&folder, "paint.binary --samples 20000", &["kd.r", "kd.g", "kd.b", "m"]);
     for (found, wanted) in found.iter().zip([0.4, 0.1, 0.05, 0.2]) {
@@ -92,14 +74,14 @@ fn a_table_keeps_what_it_can_and_says_what_it_cannot() {
     }
     // So does a grid of angles, of which as many are written as asked for.
     let grid = "theta_i=10:20:70,theta_o=0:10:80,phi=0:30:180";
-    converted(&folder, &format!("convert paint.json --grid {grid} -o grid.csv"));
+    with_notes(&folder, &format!("convert paint.json --grid {grid} -o grid.csv"));
     assert_eq!(numbers(&folder.read("grid.csv")).len(), 4 * (1 + 8 * 7));
     let found = fitted(&folder, "grid.csv", &["m"]);
     assert!((found[0] - 0.2).abs() < 1e-6, "{found:?}");
     // One channel becomes three equal ones, and is said.
     folder.brdfit("synth -m lambert --set kd=0.5 --directions 50 -o grey.csv").good();
     folder.brdfit("fit grey.csv -m lambert -o grey.json -q").good();
-    let run = converted(&folder, "convert grey.json --to merl -o grey.table");
+    let run = with_notes(&folder, "convert grey.json --to merl -o grey.table");
     assert!(run.stderr.contains("written three times"), "{run:?}");
 }
 
@@ -116,7 +98,7 @@ fn spectra_become_colours() {
     let table = [row(&|_| 0.25), row(&|nm| if nm >= 600 { 0.25 } else { 0.0 })].concat();
     folder.write("spectra.csv", format!("theta_i,phi_i,theta_o,phi_o,{}\n{table}", names.join(",")));
     for options in ["", "--illuminant e", "--primaries acescg", "--illuminant e --primaries acescg"] {
-        let run = converted(&folder, &format!("convert spectra.csv --rgb {options} -o rgb.csv"));
+        let run = with_notes(&folder, &format!("convert spectra.csv --rgb {options} -o rgb.csv"));
         assert!(run.stderr.contains("CIE 1931"), "{run:?}");
         let text = folder.read("rgb.csv");
         assert!(text.contains("theta_i,phi_i,theta_o,phi_o,r,g,b\n"), "{text}");

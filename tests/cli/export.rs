@@ -1,27 +1,8 @@
 //! `brdfit export`.
 
-use super::{assert_refused, refused};
-use crate::common::{Folder, Run};
+use super::{assert_refused, paint, refused, with_notes};
+use crate::common::Folder;
 use serde_json::Value;
-
-/// A run that must succeed. What it wrote is said on standard error.
-fn exported(folder: &Folder, line: &str) -> Run {
-    let run = folder.brdfit(line);
-    assert_eq!(run.code, Some(0), "{run:?}");
-    assert!(
-        run.stderr.lines().all(|line| line.starts_with("note: ") || line.starts_with("warning: ")),
-        "{run:?}"
-    );
-    run
-}
-
-/// Eight directions of a paint in three channels.
-fn paint(folder: &Folder) {
-    let model = "lambert + cook-torrance";
-    let set = "kd.r=0.4 kd.g=0.1 kd.b=0.05 m=0.2 f0=0.05";
-    folder.brdfit(&format!("synth -m '{model}' --set {set} --directions 400 --seed 1 -o paint.csv")).good();
-    folder.brdfit(&format!("fit paint.csv -m '{model}' -o paint.json -q")).good();
-}
 
 fn values_of(text: &str, key: &str) -> Vec<f64> {
     let rest = &text[text.find(key).unwrap_or_else(|| panic!("{key} in {text}")) + key.len()..];
@@ -38,7 +19,7 @@ fn close(found: &[f64], wanted: &[f64]) -> bool {
 fn a_model_that_the_target_holds_is_written_as_it_is() {
     let folder = Folder::new();
     paint(&folder);
-    let run = exported(&folder, "export paint.json --to blender -o paint.py");
+    let run = with_notes(&folder, "export paint.json --to blender -o paint.py");
     assert!(run.stdout.is_empty() && run.stderr.contains("paint.py: exact"), "{run:?}");
     let script = folder.read("paint.py");
     assert!(
@@ -56,14 +37,14 @@ fn a_model_that_the_target_holds_is_written_as_it_is() {
     assert_eq!(printed.stdout, script);
     // The measurement is not needed.
     std::fs::remove_file(folder.path("paint.csv")).unwrap();
-    exported(&folder, "export paint.json --to blender");
+    with_notes(&folder, "export paint.json --to blender");
 }
 
 #[test]
 fn another_model_is_refitted_and_both_errors_are_stated() {
     let folder = Folder::new();
     paint(&folder);
-    let run = exported(&folder, "export paint.json --to radiance -o paint.rad --json");
+    let run = with_notes(&folder, "export paint.json --to radiance -o paint.rad --json");
     let record = run.json();
     assert_eq!(record["schema"], "brdfit.export/1");
     assert_eq!(record["agreement"], "refitted");
@@ -76,7 +57,7 @@ fn another_model_is_refitted_and_both_errors_are_stated() {
         assert!(text.contains("refitted") && text.contains(&percent), "{percent} in {text}");
     }
     // A measurement alone is fitted and exported in one go, with the same result.
-    let at_once = exported(&folder, "export paint.csv --to radiance -o once.rad");
+    let at_once = with_notes(&folder, "export paint.csv --to radiance -o once.rad");
     assert!(at_once.stderr.contains("once.rad: exact"), "{at_once:?}");
     let numbers = |text: &str| {
         text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>()
@@ -88,7 +69,7 @@ fn another_model_is_refitted_and_both_errors_are_stated() {
 fn gltf_holds_the_report_and_a_fit_can_start_from_it() {
     let folder = Folder::new();
     paint(&folder);
-    exported(&folder, "export paint.csv --to gltf -o paint.gltf");
+    with_notes(&folder, "export paint.csv --to gltf -o paint.gltf");
     let file: Value = serde_json::from_str(&folder.read("paint.gltf")).unwrap();
     let extras = &file["materials"][0]["extras"]["brdfit"];
     assert_eq!(extras["report"]["schema"], "brdfit.report/1");
@@ -118,7 +99,7 @@ fn values_beyond_the_target_are_moved_and_said() {
     let folder = Folder::new();
     folder.brdfit("synth -m lambert --set kd.r=1.2 kd.g=0.5 kd.b=0.3 --directions 100 -o bright.csv").good();
     folder.brdfit("fit bright.csv -m lambert -o bright.json -q").good();
-    let run = exported(&folder, "export bright.json --to gltf -o bright.gltf --json");
+    let run = with_notes(&folder, "export bright.json --to gltf -o bright.gltf --json");
     let record = run.json();
     assert_eq!(record["agreement"], "approximate");
     assert_eq!(record["clamped"][0][0], "lambert.kd.r");
@@ -128,7 +109,7 @@ fn values_beyond_the_target_are_moved_and_said() {
     assert!((relative - 0.1).abs() < 1e-6, "{record}");
     assert!(run.stderr.contains("lambert.kd.r = 1.2000"), "{run:?}");
     // Mitsuba takes any value.
-    let run = exported(&folder, "export bright.json --to mitsuba -o bright.xml");
+    let run = with_notes(&folder, "export bright.json --to mitsuba -o bright.xml");
     assert!(run.stderr.contains("exact") && folder.read("bright.xml").contains("rawconstant"), "{run:?}");
 }
 
@@ -144,7 +125,7 @@ fn spectra_become_colours() {
     }
     folder.write("red.csv", csv);
     folder.brdfit("fit red.csv -m lambert -o red.json -q").good();
-    let run = exported(&folder, "export red.json --to mitsuba");
+    let run = with_notes(&folder, "export red.json --to mitsuba");
     assert!(run.stderr.contains("linear Rec.709") && run.stderr.contains("refitted"), "{run:?}");
     let rgb = values_of(&run.stdout, "<rgb name=\"reflectance\" value=\"");
     assert!(rgb.len() == 3 && rgb[0] > 3.0 * rgb[2], "{run:?}");
@@ -195,7 +176,7 @@ fn what_cannot_be_exported_is_refused_in_one_line() {
 fn names_do_not_end_comments() {
     let folder = Folder::new();
     folder.brdfit("synth -m lambert --set kd=0.5 --directions 50 -o 'a--><b.csv'").good();
-    let run: Run = folder.brdfit("export 'a--><b.csv' --to mitsuba");
+    let run = folder.brdfit("export 'a--><b.csv' --to mitsuba");
     assert_eq!(run.stdout.matches("-->").count(), 1, "{run:?}");
     assert!(run.stdout.contains("<scene"), "{run:?}");
 }
@@ -204,7 +185,7 @@ fn names_do_not_end_comments() {
 fn colours_are_converted_to_the_primaries_that_are_asked_for() {
     let folder = Folder::new();
     paint(&folder);
-    let run = exported(&folder, "export paint.json --to blender --primaries acescg -o paint.py --json");
+    let run = with_notes(&folder, "export paint.json --to blender --primaries acescg -o paint.py --json");
     let record = run.json();
     assert_eq!(record["agreement"], "refitted");
     assert!(
@@ -223,7 +204,7 @@ fn colours_are_converted_to_the_primaries_that_are_asked_for() {
         ("usd", "acescg", "(colorSpace = \"lin_ap1_scene\")"),
         ("pbrt", "rec2020", "ColorSpace \"rec2020\""),
     ] {
-        exported(&folder, &format!("export paint.csv --to {to} --primaries {primaries} -o paint.out"));
+        with_notes(&folder, &format!("export paint.csv --to {to} --primaries {primaries} -o paint.out"));
         let text = folder.read("paint.out");
         assert!(text.contains(said), "{to} {primaries}: {text}");
     }

@@ -18,7 +18,7 @@ mod select;
 mod synth;
 mod tradeoff;
 
-use crate::common::Folder;
+use crate::common::{Folder, Run};
 
 /// A small valid measurement of three channels.
 const GOOD: &str = "theta_i,phi_i,theta_o,phi_o,r,g,b
@@ -80,6 +80,25 @@ fn complaints(folder: &Folder, case: &Refused) -> Vec<String> {
 fn assert_refused(folder: &Folder, cases: &[Refused]) {
     let wrong: Vec<String> = cases.iter().flat_map(|case| complaints(folder, case)).collect();
     assert!(wrong.is_empty(), "{} complaints:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// A run that must succeed; what is said on standard error is notes and warnings.
+fn with_notes(folder: &Folder, line: &str) -> Run {
+    let run = folder.brdfit(line);
+    assert_eq!(run.code, Some(0), "{run:?}");
+    assert!(
+        run.stderr.lines().all(|line| line.starts_with("note: ") || line.starts_with("warning: ")),
+        "{run:?}"
+    );
+    run
+}
+
+/// A paint in three channels, measured without noise as `paint.csv`, and its fit, `paint.json`.
+fn paint(folder: &Folder) {
+    let model = "lambert + cook-torrance";
+    let set = "kd.r=0.4 kd.g=0.1 kd.b=0.05 m=0.2 f0=0.05";
+    folder.brdfit(&format!("synth -m '{model}' --set {set} --directions 400 --seed 1 -o paint.csv")).good();
+    folder.brdfit(&format!("fit paint.csv -m '{model}' -o paint.json -q")).good();
 }
 
 const HEADER: &str = "theta_i,phi_i,theta_o,phi_o,r";

@@ -12,6 +12,7 @@ use brdfit::image::{Illuminant, PRIMARIES, Primaries, REC709, Route, ToRgb};
 use brdfit::measurement::formats::{
     AngleGrid, Format, REGISTRY, Resampling, Subject, Written, csv, everywhere, read_directions, resampling,
 };
+use brdfit::measurement::interpolant::Answer;
 use brdfit::measurement::{Channel, Interpolant, KnownSamples, Measurement};
 use brdfit::model::LobeValues;
 use brdfit::report::Recorded;
@@ -204,36 +205,30 @@ impl Source {
         }
     }
 
-    /// f in 1/sr by channel and pair.
-    fn at(&self, pairs: &[Pair]) -> Vec<Vec<f64>> {
+    /// f in 1/sr by channel and pair, and whether there are data around each pair.
+    fn answer(&self, pairs: &[Pair]) -> Answer {
         match &self.kind {
             Kind::Measured { measurement, known, interpolant } => {
-                let mut values = interpolant.at(pairs).values;
+                let mut answer = interpolant.at(pairs);
                 // An interpolant may average samples; those at the very directions stay as they are.
-                known.put(measurement, pairs, &mut values);
-                values
+                known.put(measurement, pairs, &mut answer.values);
+                answer
             }
             Kind::Fitted { recorded, values, colours } => {
                 let rows = recorded.expression.values(&Directions::Scattered(pairs.to_vec()), values);
-                match colours {
+                let values = match colours {
                     Some(colours) => colours.rows(rows, self.channels.len()),
                     None => rows,
-                }
+                };
+                Answer { values, covered: everywhere(pairs) }
             }
-        }
-    }
-
-    /// Whether there are data around each pair.
-    fn covered(&self, pairs: &[Pair]) -> Vec<bool> {
-        match &self.kind {
-            Kind::Measured { interpolant, .. } => interpolant.at(pairs).covered,
-            Kind::Fitted { .. } => everywhere(pairs),
         }
     }
 
     /// A CSV of the values at given directions.
     fn values_at(&self, pairs: &[Pair], said: &mut Vec<String>) -> Result<String, Error> {
-        let outside = self.covered(pairs).iter().filter(|covered| !**covered).count();
+        let Answer { values, covered } = self.answer(pairs);
+        let outside = covered.iter().filter(|covered| !**covered).count();
         if outside > 0 {
             said.push(format!(
                 "warning: {outside} of {} directions lie outside the measured ones: their values are extrapolated",
@@ -242,7 +237,7 @@ impl Source {
         }
         let directions = Directions::Scattered(pairs.to_vec());
         let names = self.channels.iter().map(|channel| channel.name.clone());
-        let sampled = Measurement::new(directions, names.zip(self.at(pairs)))?;
+        let sampled = Measurement::new(directions, names.zip(values))?;
         csv::write(&sampled, &[self.about.clone(), "angles in degrees, values in 1/sr".to_owned()])
     }
 
@@ -255,7 +250,8 @@ impl Source {
         said: &mut Vec<String>,
     ) -> Result<Vec<u8>, Error> {
         let Some(write) = format.write else { return Ok(Vec::new()) };
-        let (at, covered) = (|pairs: &[Pair]| self.at(pairs), |pairs: &[Pair]| self.covered(pairs));
+        let (at, covered) =
+            (|pairs: &[Pair]| self.answer(pairs).values, |pairs: &[Pair]| self.answer(pairs).covered);
         let subject = Subject {
             channels: &self.channels,
             at: &at,

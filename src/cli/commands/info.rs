@@ -8,8 +8,8 @@ use brdfit::Error;
 use brdfit::error::excerpt;
 use brdfit::measurement::formats::named;
 use brdfit::measurement::{
-    ALBEDO_LIMIT_DEG, Coverage, Instrument, Measurement, TotalScatter, coverage, dead_channel_doubts,
-    dead_channels, merl_digests,
+    ALBEDO_LIMIT_DEG, Coverage, Instrument, Measurement, coverage, dead_channel_doubts, dead_channels,
+    merl_digests,
 };
 use clap::Args;
 use serde::Serialize;
@@ -50,30 +50,11 @@ struct InfoRecord {
     /// Relative root mean square difference of pairs measured both ways, and their number.
     reciprocity: Option<ReciprocityRecord>,
     /// What the file says about the instrument and the sample.
-    instrument: InstrumentRecord,
+    instrument: Instrument,
     /// What the reader did that a user should know.
     remarks: Vec<String>,
     /// What the file reader found suspicious.
     doubts: Vec<String>,
-}
-
-/// The instrument, as far as the file describes it.
-#[derive(Serialize)]
-struct InstrumentRecord {
-    description: Option<String>,
-    /// Solid angle of the receiver, sr.
-    receiver_sr: Option<f64>,
-    /// Factor by which the file's numbers were multiplied.
-    scale: Option<f64>,
-    /// Total integrated scatter by direction of incidence.
-    total_scatter: Vec<TotalScatterRecord>,
-}
-
-#[derive(Serialize)]
-struct TotalScatterRecord {
-    theta_i_deg: f64,
-    phi_i_deg: f64,
-    share: f64,
 }
 
 #[derive(Serialize)]
@@ -136,28 +117,14 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         reciprocity: coverage
             .reciprocity
             .map(|(relative_rms, pairs)| ReciprocityRecord { relative_rms, pairs }),
-        instrument: instrument(&measurement.instrument),
+        instrument: measurement.instrument.clone(),
         remarks: measurement.remarks.iter().map(ToString::to_string).collect(),
         doubts: measurement.doubts.iter().chain(&dead).map(ToString::to_string).collect(),
     }
 }
 
-fn instrument(instrument: &Instrument) -> InstrumentRecord {
-    let total = |total: &TotalScatter| TotalScatterRecord {
-        theta_i_deg: total.theta_i_deg,
-        phi_i_deg: total.phi_i_deg,
-        share: total.share,
-    };
-    InstrumentRecord {
-        description: instrument.description.clone(),
-        receiver_sr: instrument.receiver_sr,
-        scale: instrument.scale,
-        total_scatter: instrument.total_scatter.iter().map(total).collect(),
-    }
-}
-
 /// The lines about the instrument.
-fn instrument_text(record: &InstrumentRecord) -> String {
+fn instrument_text(record: &Instrument) -> String {
     let mut text = String::new();
     if let Some(description) = &record.description {
         text += &format!("description  {}\n", excerpt(description));

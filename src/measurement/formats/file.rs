@@ -90,6 +90,15 @@ impl<'a> File<'a> {
         self.head.get(..most).unwrap_or(&self.head)
     }
 
+    /// The first line that is neither blank nor a `#` comment, among its first bytes, at most `most` of them; trimmed, and without a
+    /// byte-order mark.
+    #[must_use]
+    pub fn first_line(&self, most: usize) -> Option<String> {
+        let head = String::from_utf8_lossy(self.head(most));
+        let mut lines = head.trim_start_matches('\u{feff}').lines().map(str::trim);
+        lines.find(|line| !line.is_empty() && !line.starts_with('#')).map(str::to_owned)
+    }
+
     /// All of its content as text, without a byte-order mark.
     ///
     /// Reading stops at the first byte that cannot be text, so that a file that is not text is not read to its end.

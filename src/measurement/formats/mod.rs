@@ -142,12 +142,8 @@ fn recognise(file: &File<'_>) -> Result<&'static Format, Error> {
         } else if head.contains(&0) {
             "other binary data".to_owned()
         } else {
-            let first = String::from_utf8_lossy(head);
-            let first = first.trim_start_matches('\u{feff}');
-            let content =
-                first.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
-            content
-                .map_or_else(|| "nothing but blank lines and comments at its beginning".to_owned(), excerpt)
+            let nothing = || "nothing but blank lines and comments at its beginning".to_owned();
+            file.first_line(4096).map_or_else(nothing, |line| excerpt(&line))
         };
         Error::malformed(file.path, Place::File, expected, found)
     })

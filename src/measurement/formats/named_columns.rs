@@ -7,13 +7,10 @@ use ::csv::StringRecord;
 
 /// The first line of a file that is neither blank nor a comment, as fields; `None` if the file is not text.
 fn header(file: &File<'_>) -> Option<Vec<String>> {
-    let head = file.head(65536);
-    if head.contains(&0) {
+    if file.head(65536).contains(&0) {
         return None;
     }
-    let head = String::from_utf8_lossy(head);
-    let mut lines = head.trim_start_matches('\u{feff}').lines().map(str::trim);
-    let line = lines.find(|line| !line.is_empty() && !line.starts_with('#'))?;
+    let line = file.first_line(65536)?;
     Some(line.split(',').map(|field| field.trim().trim_matches('"').to_owned()).collect())
 }
 

@@ -23,17 +23,10 @@ pub const FORMAT: Format = Format {
 };
 
 fn sniff(file: &File<'_>) -> Confidence {
-    let head = file.head(65536);
-    if head.contains(&0) {
+    if file.head(65536).contains(&0) {
         return Confidence::No;
     }
-    let head = String::from_utf8_lossy(head);
-    let header = head
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .map(str::trim)
-        .find(|line| !line.is_empty() && !line.starts_with('#'));
-    match header {
+    match file.first_line(65536) {
         Some(line) if ANGLES.iter().any(|name| line.contains(name)) => Confidence::Yes,
         Some(line) if line.contains(',') => Confidence::Maybe,
         _ => Confidence::No,

@@ -36,13 +36,8 @@ pub const FORMAT: Format = Format {
 
 fn sniff(file: &File<'_>) -> Confidence {
     // A table of numbers may follow that is no text.
-    let head = String::from_utf8_lossy(file.head(65536));
-    let first = head
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .map(str::trim)
-        .find(|line| !line.is_empty() && !line.starts_with('#'));
-    let words: Vec<&str> = first.unwrap_or_default().split_whitespace().take(3).collect();
+    let first = file.first_line(65536);
+    let words: Vec<&str> = first.as_deref().unwrap_or_default().split_whitespace().take(3).collect();
     match words.as_slice() {
         ["VERSION", number] if number.starts_with(|c: char| c.is_ascii_digit()) => Confidence::Yes,
         ["VERSION", ..] => Confidence::Maybe,

@@ -38,17 +38,11 @@ pub const FORMAT: Format = Format {
 };
 
 fn sniff(file: &File<'_>) -> Confidence {
-    let head = file.head(65536);
-    if head.contains(&0) {
+    if file.head(65536).contains(&0) {
         return Confidence::No;
     }
-    let head = String::from_utf8_lossy(head);
-    let first = head
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .map(str::trim)
-        .find(|line| !line.is_empty() && !line.starts_with('#'));
-    let words: Vec<&str> = first.unwrap_or_default().split_whitespace().take(3).collect();
+    let first = file.first_line(65536);
+    let words: Vec<&str> = first.as_deref().unwrap_or_default().split_whitespace().take(3).collect();
     match words.as_slice() {
         [keyword, _] if WORDS.iter().chain(&LISTS).any(|known| is(keyword, known)) => Confidence::Yes,
         _ => Confidence::No,
