@@ -1,5 +1,6 @@
 //! The values of a fitted model, as the writers of targets ask for them.
 
+use crate::measurement::red_green_blue;
 use crate::model::{Expression, STRENGTH};
 use crate::parameters::ParameterTable;
 use crate::report::Report;
@@ -62,12 +63,8 @@ impl<'a> Values<'a> {
         about: &'a About<'a>,
     ) -> Result<Self, NotHeld> {
         let names = table.channels();
-        let place = |wanted: &str| names.iter().position(|name| name.eq_ignore_ascii_case(wanted));
-        let channels = match (names, place("r"), place("g"), place("b")) {
-            ([_], ..) => [0; 3],
-            ([_, _, _], Some(r), Some(g), Some(b)) => [r, g, b],
-            _ => return Err(NotHeld::Channels(names.to_vec())),
-        };
+        let texts: Vec<&str> = names.iter().map(String::as_str).collect();
+        let channels = red_green_blue(&texts).ok_or_else(|| NotHeld::Channels(names.to_vec()))?;
         Ok(Self { expression, table, channels, about, clamped: RefCell::default() })
     }
 

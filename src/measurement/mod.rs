@@ -72,6 +72,17 @@ impl Channel {
     }
 }
 
+/// The places of red, green and blue among the names of channels, whose case does not matter; the only channel's three times. `None` for
+/// any other channels.
+pub(crate) fn red_green_blue(names: &[&str]) -> Option<[usize; 3]> {
+    let place = |wanted: &str| names.iter().position(|name| name.eq_ignore_ascii_case(wanted));
+    match names.len() {
+        1 => Some([0; 3]),
+        3 => Some([place("r")?, place("g")?, place("b")?]),
+        _ => None,
+    }
+}
+
 /// The origin of a measurement.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]

@@ -10,7 +10,7 @@ use super::format::{BinPosition, Confidence, Format, ReadOptions};
 use super::writing::{Subject, Written};
 use crate::error::{Error, Place, excerpt};
 use crate::geometry::{Directions, HalfDifferenceGrid, Pair};
-use crate::measurement::{Channel, Measurement};
+use crate::measurement::{Channel, Measurement, red_green_blue};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -224,17 +224,11 @@ fn write(subject: &Subject<'_>) -> Result<Written, Error> {
     if subject.grid.is_some() {
         return Err(Error::invalid("--grid", "no grid for a MERL table, which has its own", "one"));
     }
-    let place = |name: &str| subject.channels.iter().position(|c| c.name.eq_ignore_ascii_case(name));
-    let planes = match (subject.channels, place("r"), place("g"), place("b")) {
-        ([_], ..) => [0; 3],
-        ([_, _, _], Some(r), Some(g), Some(b)) => [r, g, b],
-        _ => {
-            let names: Vec<&str> = subject.channels.iter().map(|c| c.name.as_str()).collect();
-            let expected =
-                "the channels r, g and b, or one, for a MERL table; --rgb makes them of a spectrum";
-            return Err(Error::invalid("--to", expected, excerpt(&names.join(", "))));
-        }
-    };
+    let names: Vec<&str> = subject.channels.iter().map(|c| c.name.as_str()).collect();
+    let planes = red_green_blue(&names).ok_or_else(|| {
+        let expected = "the channels r, g and b, or one, for a MERL table; --rgb makes them of a spectrum";
+        Error::invalid("--to", expected, excerpt(&names.join(", ")))
+    })?;
     let mut losses = Vec::new();
     if subject.channels.len() == 1 {
         losses.push("the only channel was written three times, as r, g and b".to_owned());

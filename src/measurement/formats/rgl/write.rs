@@ -17,6 +17,7 @@ use super::warp::{Table, Warp};
 use crate::error::Error;
 use crate::geometry::{Pair, direction};
 use crate::measurement::formats::writing::{Subject, Written};
+use crate::measurement::red_green_blue;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -114,18 +115,16 @@ fn colours(subject: &Subject<'_>, losses: &mut Vec<String>) -> Result<Colours, E
         sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
         return Ok(Colours::Spectral(sorted));
     }
-    let named = |name: &str| channels.iter().position(|channel| channel.name.eq_ignore_ascii_case(name));
-    if let (3, Some(r), Some(g), Some(b)) = (channels.len(), named("r"), named("g"), named("b")) {
-        return Ok(Colours::Rgb([r, g, b]));
-    }
-    if channels.len() == 1 {
-        losses.push(
-            "the format has wavelengths or red, green and blue: the one channel was written as all three"
-                .to_owned(),
-        );
-        return Ok(Colours::Rgb([0; 3]));
-    }
     let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
+    if let Some(planes) = red_green_blue(&names) {
+        if names.len() == 1 {
+            losses.push(
+                "the format has wavelengths or red, green and blue: the one channel was written as all three"
+                    .to_owned(),
+            );
+        }
+        return Ok(Colours::Rgb(planes));
+    }
     let reason = format!(
         "the format has channels r, g, b, or wavelengths, and these are {}",
         crate::error::listed(&names)
