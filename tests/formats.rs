@@ -13,7 +13,7 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use brdfit::Error;
 use brdfit::geometry::{Azimuths, Directions, Geometry};
 use brdfit::measurement::formats::{
-    BinPosition, File, REGISTRY, ReadOptions, csv, merl, named, read, read_directions,
+    BinPosition, File, REGISTRY, ReadOptions, csv, merl, named, read, read_directions, read_file,
 };
 use brdfit::measurement::{Channel, Filters, Measurement, Samples, Weighting};
 use brdfit::model::Expression;
@@ -31,8 +31,7 @@ static EDGE: ReadOptions = ReadOptions::new().with_merl_bins(BinPosition::Edge);
 
 /// Reads bytes in the format of that name.
 fn parse(format: &str, bytes: &[u8], options: &ReadOptions) -> Result<Measurement, Error> {
-    let mut file = File::new(Path::new("x"), bytes).unwrap();
-    (named(format).unwrap().read)(&mut file, options)
+    read_file(File::new(Path::new("x"), bytes).unwrap(), Some(format), options)
 }
 
 fn parsed(format: &str, text: &str) -> Measurement {

@@ -164,7 +164,36 @@ impl ToRgb {
         names.iter().map(|name| Channel::named(name)).collect()
     }
 
+    /// The number of samples that lack a value in a channel that is mixed with others, so that the mixture is missing; 0 if no channels
+    /// are mixed.
+    #[must_use]
+    pub fn incomplete(&self, measurement: &Measurement) -> usize {
+        let n = measurement.channels.len();
+        let is_mixture = |row: &&Vec<f64>| row.iter().filter(|weight| **weight != 0.0).count() > 1;
+        let weights: Vec<&Vec<f64>> = self.matrix.iter().filter(is_mixture).collect();
+        let is_mixed = |channel: &usize| weights.iter().any(|row| row[*channel] != 0.0);
+        let mixed: Vec<&Vec<f64>> =
+            (0..n).filter(is_mixed).map(|channel| &measurement.values[channel]).collect();
+        (0..measurement.directions.len())
+            .filter(|sample| mixed.iter().any(|row| row[*sample].is_nan()))
+            .count()
+    }
+
+    /// A sentence about those samples; `None` if there are none.
+    #[must_use]
+    pub fn incomplete_in_words(&self, measurement: &Measurement) -> Option<String> {
+        let incomplete = self.incomplete(measurement);
+        let of = measurement.directions.len();
+        (incomplete > 0).then(|| {
+            format!(
+                "{incomplete} of {of} samples lack a channel that is mixed with others, and were left out"
+            )
+        })
+    }
+
     /// The measurement converted to red, green and blue, or to a single grey channel.
+    ///
+    /// A mixture lacks what one of its channels lacks. Samples that then have no value are left out, and counted as `not-measured`.
     #[must_use]
     pub fn measurement<'m>(&self, measurement: &'m Measurement) -> Cow<'m, Measurement> {
         let n = measurement.channels.len();
@@ -188,7 +217,7 @@ impl ToRgb {
         // The errors of the channels are assumed to be independent.
         let variances = measurement.sigma.as_ref().map(|sigma| mixed(sigma, &|w, s| (w * s) * (w * s)));
         let root = |row: Vec<f64>| row.into_iter().map(f64::sqrt).collect();
-        Cow::Owned(Measurement {
+        let mut converted = Measurement {
             values: mixed(&measurement.values, &|w, f| w * f),
             sigma: variances.map(|rows| rows.into_iter().map(root).collect()),
             source: measurement.source.clone(),
@@ -203,7 +232,10 @@ impl ToRgb {
                 mixed
             }),
             channels,
-        })
+            empty: Vec::new(),
+        };
+        converted.leave_out_empty();
+        Cow::Owned(converted)
     }
 }
 
@@ -501,6 +533,20 @@ mod tests {
         let grey = ToRgb::new(&two.channels).measurement(&two).into_owned();
         assert_eq!((grey.channels.len(), grey.channels[0].name.as_str()), (1, "grey"));
         assert_abs_diff_eq!(grey.values[0][0], 0.125, epsilon = 1e-15);
+
+        // A mixture lacks what one of its channels lacks; one that the observer does not see is not mixed.
+        let mut gaps = measured(&["450", "500", "550", "600", "650", "900"]);
+        (gaps.values[5][0], gaps.values[2][1]) = (f64::NAN, f64::NAN);
+        let to = ToRgb::new(&gaps.channels);
+        assert_eq!(to.incomplete(&gaps), 1);
+        let mixed = to.measurement(&gaps);
+        assert_eq!((mixed.directions.len(), mixed.dropped.get("not-measured")), (1, Some(&1)));
+        assert!(mixed.values.iter().flatten().all(|f| f.is_finite()));
+        let mut swapped = swapped;
+        swapped.values[0][0] = f64::NAN;
+        let to = ToRgb::new(&swapped.channels);
+        assert_eq!((to.incomplete(&swapped), to.measurement(&swapped).missing()), (0, vec![0, 0, 1]));
+
         for names in [&["r", "g", "b"][..], &["f"]] {
             let plain = measured(names);
             assert!(matches!(ToRgb::new(&plain.channels).measurement(&plain), Cow::Borrowed(_)));

@@ -1,5 +1,6 @@
 //! Creates a measurement from arrays in memory.
 
+use super::missing::leave_out;
 use super::{Channel, Measurement, Source};
 use crate::error::{Error, excerpt};
 use crate::geometry::Directions;
@@ -7,6 +8,9 @@ use crate::geometry::Directions;
 impl Measurement {
     /// Creates a measurement of `directions` from the name and the values of each channel: f in 1/sr, one value per
     /// pair of directions. A name that is a number, alone or followed by `nm`, is taken as a wavelength in nanometres.
+    ///
+    /// A value that was not measured is NaN. A pair of directions at which all channels are NaN is left out, and counted in `dropped` as
+    /// `not-measured`.
     ///
     /// ```
     /// use brdfit::{Directions, Measurement};
@@ -20,7 +24,7 @@ impl Measurement {
     ///
     /// # Errors
     /// [`Error::Invalid`] if there is no channel, if a name is empty or has control characters, if two channels have
-    /// the same name, if the number of values differs from the number of directions, or if a value is not finite.
+    /// the same name, if the number of values differs from the number of directions, or if a value is infinite.
     pub fn new<Name: AsRef<str>>(
         directions: Directions,
         channels: impl IntoIterator<Item = (Name, Vec<f64>)>,
@@ -37,27 +41,40 @@ impl Measurement {
                 return Err(Error::invalid("measurement", "channels of different names", found));
             }
         }
-        let measurement = Self {
+        let mut measurement = Self {
             source: Source { path: "arrays".into(), format: "arrays", sha256: String::new() },
             ..Self::of(channels, directions, values)
         };
         measurement.check_lengths()?;
-        measurement.check_values(&measurement.values, "values", f64::NEG_INFINITY)?;
+        let found = |value: &f64| !value.is_infinite();
+        measurement.check_values(
+            &measurement.values,
+            "finite values, or NaN where nothing was measured",
+            found,
+        )?;
+        measurement.empty = measurement.leave_out_empty();
         Ok(measurement)
     }
 
     /// The same measurement with the standard deviation of every value in 1/sr: one array per channel, in the order of
     /// the channels. [`Weighting::Sigma`](super::Weighting::Sigma) weights samples by them, and requires that they are
-    /// above 0.
+    /// above 0. The standard deviation of a value that was not measured is ignored.
+    ///
+    /// The arrays are as long as those of [`Measurement::new`], also if that left samples out.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the number of channels or of standard deviations is wrong, or if one is negative or not
+    /// [`Error::Invalid`] if the number of channels or of standard deviations is wrong, or if that of a value is negative or not
     /// finite.
-    pub fn with_sigma(self, sigma: Vec<Vec<f64>>) -> Result<Self, Error> {
+    pub fn with_sigma(self, mut sigma: Vec<Vec<f64>>) -> Result<Self, Error> {
+        let given = self.directions.len() + self.empty.len();
+        if sigma.iter().all(|row| row.len() == given) {
+            leave_out(&mut sigma, &self.empty);
+        }
         let measurement = Self { sigma: Some(sigma), ..self };
         measurement.check_lengths()?;
         if let Some(sigma) = &measurement.sigma {
-            measurement.check_values(sigma, "standard deviations", 0.0)?;
+            let found = |sigma: &f64| sigma.is_finite() && *sigma >= 0.0;
+            measurement.check_values(sigma, "finite standard deviations of at least 0", found)?;
         }
         Ok(measurement)
     }
@@ -94,16 +111,21 @@ impl Measurement {
         Ok(())
     }
 
-    /// Checks that the numbers of every channel are finite and not below `least`.
-    fn check_values(&self, rows: &[Vec<f64>], what: &str, least: f64) -> Result<(), Error> {
-        let range = if least.is_finite() { format!(" of at least {least}") } else { String::new() };
-        for (row, channel) in rows.iter().zip(&self.channels) {
-            if let Some((index, value)) =
-                row.iter().enumerate().find(|(_, v)| !(v.is_finite() && **v >= least))
+    /// Checks the numbers of every channel, `rows`, where it has a value.
+    fn check_values(
+        &self,
+        rows: &[Vec<f64>],
+        expected: &str,
+        is_right: impl Fn(&f64) -> bool,
+    ) -> Result<(), Error> {
+        for ((row, values), channel) in rows.iter().zip(&self.values).zip(&self.channels) {
+            let mut numbers = row.iter().zip(values).enumerate();
+            if let Some((index, (number, _))) =
+                numbers.find(|(_, (number, value))| !(value.is_nan() || is_right(number)))
             {
                 let name = excerpt(&channel.name);
-                let found = format!("{value} for sample {} of channel {name}", index + 1);
-                return Err(Error::invalid("measurement", format!("finite {what}{range}"), found));
+                let found = format!("{number} for sample {} of channel {name}", index + 1);
+                return Err(Error::invalid("measurement", expected, found));
             }
         }
         Ok(())
@@ -130,7 +152,11 @@ mod tests {
         refused(vec![("r", vec![0.1])], "expected 2 values of channel 'r'");
         refused(vec![("r", vec![0.1, 0.2]), ("r", vec![0.1, 0.2])], "found two 'r'");
         refused(vec![("a\nb", vec![0.1, 0.2])], "without control characters");
-        refused(vec![("r", vec![0.1, f64::NAN])], "found NaN for sample 2");
+        refused(vec![("r", vec![0.1, f64::INFINITY])], "found inf for sample 2");
+        refused(
+            vec![("r", vec![f64::NAN, f64::NEG_INFINITY])],
+            "or NaN where nothing was measured, found -inf",
+        );
         let refused = |sigma: Vec<Vec<f64>>, words: &str| {
             let message = good().with_sigma(sigma).unwrap_err().to_string();
             assert!(message.contains(words), "{message}");
@@ -138,6 +164,12 @@ mod tests {
         refused(vec![], "standard deviations of 1 channels, found 0");
         refused(vec![vec![0.1]], "expected 2 standard deviations");
         refused(vec![vec![0.1, -0.1]], "of at least 0, found -0.1");
+        refused(vec![vec![0.1, f64::NAN]], "found NaN for sample 2");
         assert!(good().with_sigma(vec![vec![0.1, 0.0]]).is_ok());
+        let one = Measurement::new(directions(), [("grey", vec![f64::NAN, 0.2])]).unwrap();
+        assert_eq!(one.total(), 2);
+        let message = one.clone().with_sigma(vec![vec![0.1; 3]]).unwrap_err().to_string();
+        assert!(message.contains("expected 1 standard deviations"), "{message}");
+        assert_eq!(one.with_sigma(vec![vec![-1.0, 0.2]]).unwrap().sigma, Some(vec![vec![0.2]]));
     }
 }

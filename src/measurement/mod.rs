@@ -13,6 +13,7 @@ pub mod interpolant;
 mod known;
 #[doc(hidden)]
 pub mod merl_digests;
+mod missing;
 mod predicted;
 mod remark;
 mod samples;
@@ -134,7 +135,8 @@ impl fmt::Display for Doubt {
 
 /// A measured BRDF, created from arrays by [`Measurement::new`] or from a file by [`Measurement::read`].
 ///
-/// Values are f in 1/sr, by channel and sample, and none is NaN: cells that a table marks as invalid are counted in
+/// Values are f in 1/sr, by channel and sample. A value that was not measured is NaN, and [`Measurement::missing`] counts these; the other
+/// channels of its sample stay. Samples that have no value in any channel, and cells that a table marks as invalid, are counted in
 /// `dropped` and left out.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -145,9 +147,10 @@ pub struct Measurement {
     pub channels: Vec<Channel>,
     /// The directions of each sample.
     pub directions: Directions,
-    /// f in 1/sr, by channel and sample.
+    /// f in 1/sr, by channel and sample; NaN where it was not measured, and never infinite.
     pub values: Vec<Vec<f64>>,
-    /// Standard deviation of f in 1/sr, by channel and sample; `None` if the file gives none.
+    /// Standard deviation of f in 1/sr, by channel and sample; `None` if the file gives none. That of a value that was not measured says
+    /// nothing, and may be NaN.
     pub sigma: Option<Vec<Vec<f64>>>,
     /// Number of samples left out when reading, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
@@ -159,6 +162,8 @@ pub struct Measurement {
     pub instrument: Instrument,
     /// The BRDF from which the samples were drawn, if the file defines one everywhere.
     pub continuous: Option<Arc<dyn Continuous>>,
+    /// Where those samples stood in the arrays of [`Measurement::new`] that it left out because they have no value.
+    pub(crate) empty: Vec<usize>,
 }
 
 impl Measurement {
@@ -175,6 +180,7 @@ impl Measurement {
             remarks: Vec::new(),
             instrument: Instrument::default(),
             continuous: None,
+            empty: Vec::new(),
         }
     }
 

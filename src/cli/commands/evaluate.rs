@@ -103,7 +103,9 @@ fn values_at(arguments: &Arguments, inputs: Inputs, at: &Path) -> Result<Outcome
         format!("brdfit evaluate {}", expression.canonical()),
         "angles in degrees, values in 1/sr".to_owned(),
     ];
-    let text = csv::write(&measurement(&expression, &table, directions, Noise::default(), 0), &comments)?;
+    let there = measurement(&expression, &table, directions, Noise::default(), 0);
+    there.check_finite()?;
+    let text = csv::write(&there, &comments)?;
     match output {
         None => say(&text)?,
         Some(output) => output.commit(text.as_bytes())?,

@@ -163,6 +163,7 @@ fn scattered_table(
     pairs: Vec<Pair>,
 ) -> Result<String, Error> {
     let synthetic = measurement(expression, table, Directions::Scattered(pairs), noise, arguments.seed);
+    synthetic.check_finite()?;
     let mut comments = vec![format!("brdfit synth {}", expression.canonical())];
     let set = if arguments.model.is_named() { arguments.model.texts() } else { assignments(table) };
     if !set.is_empty() {

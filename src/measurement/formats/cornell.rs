@@ -1,9 +1,9 @@
 //! Text tables of the Cornell Program of Computer Graphics' gonioreflectometer.
 //!
 //! `#` comments, the number of wavelengths, the wavelengths in nanometres, then one sample per line: theta_i, phi_i,
-//! theta_o, phi_o in radians and f in 1/sr for each wavelength. Any white space separates values.
+//! theta_o, phi_o in radians and f in 1/sr for each wavelength, `nan` where it was not measured. Any white space separates values.
 
-use super::fields::{self, finite, no_number, polar_angle};
+use super::fields::{self, finite, no_value, polar_angle};
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
 use super::rows::{Part, Rows};
@@ -117,8 +117,8 @@ fn read_rows(file: &File<'_>, part: Part<'_>, channels: &[Channel]) -> Result<Ro
             wo: direction(polar("theta_o", theta_o)?, finite(file, place, "phi_o", phi_o)?),
         });
         for ((row, word), channel) in rows.values.iter_mut().zip(sampled).zip(channels) {
-            let wrong = || no_number(file, place, &format!("{} nm", channel.name), word);
-            row.push(fields::number(word).ok_or_else(wrong)?);
+            let wrong = || no_value(file, place, &format!("{} nm", channel.name), word);
+            row.push(fields::value(word).ok_or_else(wrong)?);
         }
     }
     Ok(rows)

@@ -16,6 +16,28 @@ pub(super) fn number(token: &str) -> Option<f64> {
     token.trim().parse().ok().filter(|value: &f64| value.is_finite())
 }
 
+/// A finite number, or NaN where the file says `nan`: there the value was not measured.
+pub(super) fn value(token: &str) -> Option<f64> {
+    token.trim().parse().ok().filter(|value: &f64| !value.is_infinite())
+}
+
+/// A value in a field of a table in which blank fields, too, stand for what was not measured.
+///
+/// # Errors
+/// [`Error::Malformed`] for anything else, including infinity.
+pub(super) fn value_or_blank(file: &File<'_>, place: Place, what: &str, field: &str) -> Result<f64, Error> {
+    if field.trim().is_empty() {
+        return Ok(f64::NAN);
+    }
+    value(field).ok_or_else(|| no_value(file, place, what, field))
+}
+
+/// The error for what is neither a finite number nor the mark of what was not measured.
+pub(super) fn no_value(file: &File<'_>, place: Place, what: &str, token: &str) -> Error {
+    let expected = format!("a finite number for {}, or nan where it was not measured", short(what));
+    Error::malformed(file.path, place, expected, excerpt(token))
+}
+
 /// The error for what is no finite number.
 pub(super) fn no_number(file: &File<'_>, place: Place, what: &str, token: &str) -> Error {
     Error::malformed(file.path, place, format!("a finite number for {}", short(what)), excerpt(token))

@@ -85,6 +85,7 @@ pub fn read_file(
         return Err(Error::invalid("--material", expected, excerpt(material)));
     }
     let mut measurement = (format.read)(&mut file, options)?;
+    measurement.leave_out_empty();
     measurement.source = Source { path: file.path.to_owned(), format: format.name, sha256: file.sha256() };
     Ok(measurement)
 }
@@ -106,7 +107,8 @@ pub fn directions_of(mut file: File<'_>, options: &ReadOptions) -> Result<Vec<Pa
     if let Some(directions) = format.directions {
         return directions(&mut file);
     }
-    let measurement = (format.read)(&mut file, options)?;
+    let mut measurement = (format.read)(&mut file, options)?;
+    measurement.leave_out_empty();
     let pairs = measurement.directions.iter().map(|g| Pair { wi: g.wi.into(), wo: g.wo.into() });
     Ok(pairs.collect())
 }

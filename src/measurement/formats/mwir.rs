@@ -4,10 +4,11 @@
 //! `#` comments, then CSV: `material, theta_i_deg, theta_o_deg, brdf_per_sr` and columns that are not needed. All samples lie
 //! in the plane of incidence on the side of the mirror direction. The published BRDF is L_o cos(theta_o)/(L_i cos(theta_i)
 //! Omega_i), L radiances and Omega_i the source's solid angle; a BRDF is a radiance over an irradiance, without the viewer's
-//! cosine, which is divided out. Rows from 88 degrees of incidence on are left out, as by the authors.
+//! cosine, which is divided out. Rows from 88 degrees of incidence on are left out, as by the authors, and so are those without a value:
+//! `nan` or a blank field.
 
 use super::csv::records;
-use super::fields::{finite, polar_angle};
+use super::fields::{finite, polar_angle, value_or_blank};
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
 use super::named_columns::{first_comment, has, read_columns};
@@ -123,7 +124,7 @@ impl Part {
         // Rows of other materials are checked, too: a damaged file is not read in part.
         let theta_i = finite(file, place, "theta_i_deg", theta_i)?;
         let theta_o = finite(file, place, "theta_o_deg", theta_o)?;
-        let published = finite(file, place, "brdf_per_sr", f)?;
+        let published = value_or_blank(file, place, "brdf_per_sr", f)?;
         polar_angle(file, place, "theta_i_deg", theta_i.to_radians())?;
         polar_angle(file, place, "theta_o_deg", theta_o.to_radians())?;
         if wanted != name {
@@ -139,7 +140,7 @@ impl Part {
         }
         let (theta_i, theta_o) = (theta_i.to_radians(), theta_o.to_radians());
         let value = published / theta_o.cos();
-        if !value.is_finite() {
+        if value.is_infinite() {
             let expected = "a value that remains finite without its cosine";
             return Err(Error::malformed(file.path, place, expected, excerpt(f)));
         }

@@ -4,9 +4,10 @@
 //!
 //! A CSV header, then one line per sample: `lambda, thetai, phi, thetar, phir, f_r11` and the other elements of the Mueller
 //! matrix over `f_r11`; micrometres, degrees, 1/sr. `f_r11` is the BRDF for unpolarised light. `phi` is the turn of the sample
-//! about its normal. A negative polar angle stands for its absolute value half a turn further. Each wavelength is a channel.
+//! about its normal. A negative polar angle stands for its absolute value half a turn further. Each wavelength is a channel; `nan` or a
+//! blank field for `f_r11` means that it was not measured there.
 
-use super::fields::finite;
+use super::fields::{finite, value_or_blank};
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
 use super::named_columns::{first_comment, has, read_columns};
@@ -210,11 +211,13 @@ fn read_text(file: &File<'_>, text: &str) -> Result<Measurement, Error> {
 
 /// The sample of a row.
 fn row(file: &File<'_>, place: Place, fields: [&str; 6]) -> Result<Row, Error> {
-    let mut numbers = [0.0; 6];
+    let mut numbers = [0.0; 5];
     for ((number, field), column) in numbers.iter_mut().zip(fields).zip(COLUMNS) {
         *number = finite(file, place, column, field)?;
     }
-    let [lambda, theta_i, turn, theta_o, phi_o, f] = numbers;
+    let [lambda, theta_i, turn, theta_o, phi_o] = numbers;
+    let ([.., field], [.., column]) = (fields, COLUMNS);
+    let f = value_or_blank(file, place, column, field)?;
     // Nanometres without the rounding of the product.
     let wavelength = (1e9 * lambda).round() / 1e6;
     if !(wavelength > 0.0 && wavelength.is_finite()) {

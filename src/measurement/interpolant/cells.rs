@@ -163,7 +163,7 @@ mod tests {
             }
         }
         let cells = Cells::new(&grid, &cells, &[values]);
-        Interpolant { channels: 1, kind: super::super::Kind::Cells(cells) }
+        Interpolant::of_kind(1, super::super::Kind::Cells(cells))
     }
 
     /// The pair at these indices, which are integers at centres, computed by rotating vectors rather than by the

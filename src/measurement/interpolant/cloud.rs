@@ -342,7 +342,7 @@ mod tests {
 
     fn interpolant(pairs: &[Pair], rows: &[Vec<f64>]) -> Interpolant {
         let kind = super::super::Kind::Cloud(Cloud::new(pairs, rows));
-        Interpolant { channels: rows.len(), kind }
+        Interpolant::of_kind(rows.len(), kind)
     }
 
     /// Pairs over both hemispheres up to 80 degrees. The azimuth of the light is 0, or random if `turned`.

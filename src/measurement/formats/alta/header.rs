@@ -46,6 +46,11 @@ impl Segments {
         values.iter().zip(bounds).map(half)
     }
 
+    /// The value that a bound belongs to, both counted from 0.
+    pub fn value_of(self, bound: usize) -> usize {
+        bound / self.each.max(1)
+    }
+
     /// What became of the bounds.
     pub fn remark(self) -> Option<Remark> {
         let what = match self {

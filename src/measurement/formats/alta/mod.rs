@@ -4,7 +4,7 @@
 //! `#DIM X Y` gives the numbers of coordinates and values, `#PARAM_IN` the parameterisation of the directions (see
 //! [`coordinates`]), `#PARAM_OUT` what the values are, and `#VS` how many numbers behind the values bound each of them
 //! (Pacanowski et al. 2012, "Rational BRDF", doi:10.1109/TVCG.2012.73): 0 none, 1 the half width of an interval about the
-//! value, 2 its lower and upper end. Lines that begin with `# ` are comments. ALTA calls the light's direction l and the
+//! value, 2 its lower and upper end. A value that was not measured is `nan`. Lines that begin with `# ` are comments. ALTA calls the light's direction l and the
 //! viewer's v; `INV_STERADIAN_COSINE_FACTOR` is f times the cosine of the outgoing direction v.
 
 mod coordinates;
@@ -14,7 +14,7 @@ use self::header::{Header, Output, Segments};
 use super::file::File;
 use super::format::{Confidence, Format, ReadOptions};
 use crate::error::{Error, Place, excerpt};
-use crate::measurement::formats::fields::{no_number, number};
+use crate::measurement::formats::fields::{no_number, no_value, number, value};
 use crate::measurement::formats::rows::{Part, Rows};
 use crate::measurement::{Instrument, Measurement, Remark};
 
@@ -109,8 +109,18 @@ impl<'h> Samples<'h> {
         };
         numbers.clear();
         for (column, word) in words.iter().enumerate() {
-            let wrong = || no_number(file, place, &header.column(column), word);
-            numbers.push(number(word).ok_or_else(wrong)?);
+            let bound = column.checked_sub(coordinates + channels);
+            let is_value = bound.is_none() && column >= coordinates;
+            // A value that was not measured has no bounds.
+            let is_of_missing = bound.is_some_and(|bound| {
+                numbers.get(coordinates + segments.value_of(bound)).is_some_and(|value: &f64| value.is_nan())
+            });
+            let read = if is_value || is_of_missing { value(word) } else { number(word) };
+            let wrong = || {
+                let error = if is_value { no_value } else { no_number };
+                error(file, place, &header.column(column), word)
+            };
+            numbers.push(read.ok_or_else(wrong)?);
         }
         let (position, rest) = numbers.split_at_checked(coordinates).unwrap_or((numbers, &[]));
         let (sampled, bounds) = rest.split_at_checked(channels).unwrap_or((rest, &[]));
@@ -145,10 +155,10 @@ impl<'h> Samples<'h> {
     }
 }
 
-/// A value over a cosine, which may be too small for it.
+/// A value, which may be missing, over a cosine, which may be too small for it.
 fn finite_quotient(file: &File<'_>, place: Place, value: f64, factor: f64) -> Result<f64, Error> {
     let quotient = value / factor;
-    if quotient.is_finite() {
+    if !quotient.is_infinite() {
         return Ok(quotient);
     }
     let expected = "a value that remains finite without its cosine";

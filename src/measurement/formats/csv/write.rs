@@ -7,10 +7,10 @@ use crate::measurement::Measurement;
 use crate::measurement::formats::writing::{Covered, Subject, Written};
 use std::fmt::Write as _;
 
-/// Writes the measurement as CSV in this project's own format, with `comments` at the beginning.
+/// Writes the measurement as CSV in this project's own format, with `comments` at the beginning. What was not measured is `nan`.
 ///
 /// # Errors
-/// [`Error::Invalid`] if a value is not finite, or if a header cannot express the names of the channels.
+/// [`Error::Invalid`] if a value is infinite or the standard deviation of a value not finite, or if a header cannot express the names of the channels.
 pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, Error> {
     let mut text = String::new();
     for comment in comments {
@@ -22,14 +22,20 @@ pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, E
     text.push_str(&header);
     text.push('\n');
     for (index, geometry) in measurement.directions.iter().enumerate() {
-        let mut fields = angles(&geometry).to_vec();
-        let sigma = measurement.sigma.iter().flatten();
-        fields.extend(measurement.values.iter().chain(sigma).filter_map(|row| row.get(index)));
-        if fields.iter().any(|v| !v.is_finite()) {
+        let at = |rows: &Vec<Vec<f64>>| -> Vec<f64> {
+            rows.iter().filter_map(|row| row.get(index).copied()).collect()
+        };
+        let (values, sigma) =
+            (at(&measurement.values), measurement.sigma.as_ref().map(at).unwrap_or_default());
+        // The standard deviation of what was not measured says nothing.
+        let unknown = values.iter().zip(&sigma).any(|(value, sigma)| !value.is_nan() && sigma.is_nan());
+        let fields = [angles(&geometry).to_vec(), values, sigma].concat();
+        if unknown || fields.iter().any(|v| v.is_infinite()) {
             let found = format!("NaN or infinity at sample {}", index + 1);
             return Err(Error::invalid("model", "finite values", found));
         }
-        let fields: Vec<String> = fields.iter().map(|v| format!("{v}")).collect();
+        let in_words = |v: &f64| if v.is_nan() { "nan".to_owned() } else { format!("{v}") };
+        let fields: Vec<String> = fields.iter().map(in_words).collect();
         text.push_str(&fields.join(","));
         text.push('\n');
     }
@@ -42,6 +48,9 @@ pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, E
 /// Those of [`write`].
 pub(super) fn write_subject(subject: &Subject<'_>) -> Result<Written, Error> {
     let sampled = subject.sampled();
+    if subject.measurement.is_none() {
+        sampled.check_finite()?;
+    }
     let comments = [subject.about.to_owned(), "angles in degrees, values in 1/sr".to_owned()];
     let mut covered = Covered::default();
     if subject.grid.is_some() {

@@ -232,14 +232,18 @@ fn read_bytes(file: &File<'_>, bytes: &[u8]) -> Result<Measurement, Error> {
             .collect()
     };
     let sigma = sigma.map(columns);
-    if sigma.iter().flatten().flatten().any(|sigma| !sigma.is_finite() || *sigma < 0.0) {
+    let values = columns(values);
+    // The standard deviation of what was not measured says nothing.
+    let mut of_values = sigma.iter().flatten().flatten().zip(values.iter().flatten());
+    let right = |(sigma, value): (&f64, &f64)| value.is_nan() || (sigma.is_finite() && *sigma >= 0.0);
+    if !of_values.all(right) {
         return Err(arrays.about("sigma", "finite standard deviations of 0 or more", "another".to_owned()));
     }
     Ok(Measurement {
         sigma: sigma.filter(|_| !kept.pairs.is_empty()),
         dropped: kept.dropped,
         instrument: Instrument { description: description.map(clean), ..Instrument::default() },
-        ..Measurement::of(channels, Directions::Scattered(kept.pairs), columns(values))
+        ..Measurement::of(channels, Directions::Scattered(kept.pairs), values)
     })
 }
 
@@ -255,9 +259,9 @@ struct Usable {
 fn usable(arrays: &Arrays<'_, '_>, angles: &[Vec<f64>], values: &[Vec<f64>]) -> Result<Usable, Error> {
     let mut usable = Usable { kept: Vec::new(), pairs: Vec::new(), dropped: BTreeMap::new() };
     let samples = angles.first().map_or(0, Vec::len);
-    // Most arrays have numbers only, which is found out faster than where they do not.
-    let numbers = values.iter().all(|row| row.iter().fold(true, |all, value| all & value.is_finite()));
-    let to_check = if numbers { &[] } else { values };
+    // Most arrays have no infinities, which is found out faster than where there are some.
+    let infinite = values.iter().any(|row| row.iter().fold(false, |any, value| any | value.is_infinite()));
+    let to_check = if infinite { values } else { &[] };
     let mut used = Vec::new();
     for index in 0..samples {
         let mut sample = [0.0; 4];
@@ -270,8 +274,8 @@ fn usable(arrays: &Arrays<'_, '_>, angles: &[Vec<f64>], values: &[Vec<f64>]) -> 
                 return Err(arrays.about(name, expected, format!("{degrees:e} at index {index}")));
             }
         }
-        let of_sample = || to_check.iter().filter_map(|row| row.get(index));
-        if of_sample().any(|value| value.is_infinite()) {
+        let mut of_sample = to_check.iter().filter_map(|row| row.get(index));
+        if of_sample.any(|value| value.is_infinite()) {
             return Err(arrays.about(
                 "values",
                 "finite numbers, or NaN where nothing was measured",
@@ -279,9 +283,7 @@ fn usable(arrays: &Arrays<'_, '_>, angles: &[Vec<f64>], values: &[Vec<f64>]) -> 
             ));
         }
         let [theta_i, _, theta_o, _] = sample;
-        let reason = if of_sample().any(|value| value.is_nan()) {
-            Some("not-measured")
-        } else if theta_i.abs().max(theta_o.abs()) >= FRAC_PI_2 {
+        let reason = if theta_i.abs().max(theta_o.abs()) >= FRAC_PI_2 {
             Some("below-horizon")
         } else {
             used.push(sample);

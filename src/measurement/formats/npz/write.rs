@@ -15,7 +15,7 @@ const MOST_DIRECTIONS: usize = 20_000_000;
 /// Angles in degrees, one list for each of theta_i, phi_i, theta_o and phi_o.
 type Angles = [Vec<f64>; 4];
 
-/// Writes a measurement as it is, or a model or a chosen grid by its values there.
+/// Writes a measurement as it is, with NaN where nothing was measured, or a model or a chosen grid by its values there.
 pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
     let mut losses = Vec::new();
     let (angles, values, sigma) = match (subject.measurement, subject.grid) {
