@@ -28,7 +28,8 @@ impl<'a> Draws<'a> {
     ///
     /// The samples are sorted by the half vector's angle to the normal and divided into stretches that grow with that
     /// angle. One sample is drawn from each stretch and gets the weight of the stretch. A sharp peak, which may
-    /// consist of a handful of samples among thousands, keeps all of them.
+    /// consist of a handful of samples among thousands, keeps all of them. Of a channel that was measured at few of the samples, a few
+    /// values are added that stand for themselves.
     #[must_use]
     pub fn part(&self, wanted: usize, seed: u64) -> Samples {
         let all = self.samples.len();
@@ -51,12 +52,37 @@ impl<'a> Draws<'a> {
             }
         }
         chosen.sort_unstable();
+        self.add_rare(&mut chosen);
         let indices: Vec<usize> = chosen.iter().map(|(index, _)| *index).collect();
         let mut part = self.samples.at(&indices);
         for (weight, (_, stands_for)) in part.weights.iter_mut().zip(&chosen) {
             *weight *= count(*stands_for);
         }
         part
+    }
+
+    /// Adds samples to those chosen, such that every channel has a few values among them. Each stands for itself.
+    fn add_rare(&self, chosen: &mut Vec<(usize, usize)>) {
+        /// The number of values that every channel has, if there are as many.
+        const LEAST: usize = 32;
+        for (row, missing) in self.samples.values.iter().zip(&self.samples.missing) {
+            if *missing == 0 {
+                continue;
+            }
+            let is_measured = |sample: &usize| row.get(*sample).is_some_and(|value| !value.is_nan());
+            let drawn = chosen.iter().filter(|(sample, _)| is_measured(sample)).count();
+            if drawn >= LEAST.min(row.len() - missing) {
+                continue;
+            }
+            let is_drawn = |sample: &usize| chosen.binary_search_by_key(sample, |(index, _)| *index).is_ok();
+            let others: Vec<usize> =
+                (0..row.len()).filter(|sample| is_measured(sample) && !is_drawn(sample)).collect();
+            let wanted = (LEAST - drawn).min(others.len());
+            // Spread evenly over the order of the samples.
+            let added = (0..wanted).filter_map(|k| others.get(k * others.len() / wanted));
+            chosen.extend(added.map(|sample| (*sample, 1)));
+            chosen.sort_unstable();
+        }
     }
 
     /// The sample at a position in the order.
@@ -99,6 +125,7 @@ mod tests {
         Samples {
             predicted: Predicted::new(&directions, &values, None),
             weights: vec![1.0; directions.len()],
+            missing: vec![0],
             values,
             directions,
             sigma: None,
@@ -132,5 +159,23 @@ mod tests {
             assert!(part.values[0].is_sorted());
         }
         assert_eq!(draws.part(6000, 5).values, samples.values);
+    }
+
+    #[test]
+    fn a_channel_of_few_values_keeps_some() {
+        let mut samples = samples();
+        let few =
+            |n: usize| (0..6000).map(|k| if k % (6000 / n) == 7 { count(k) } else { f64::NAN }).collect();
+        samples.values.extend([few(10), few(200)]);
+        samples.missing = vec![0, 5990, 5800];
+        samples.dead = vec![false; 3];
+        let part = Draws::new(&samples).part(100, 5);
+        let values = |channel: usize| part.values[channel].iter().filter(|value| !value.is_nan()).count();
+        assert_eq!((values(1), values(2)), (10, 32));
+        assert_eq!(part.missing, [0, part.len() - 10, part.len() - 32]);
+        // The whole is heavier by those that were added and stand for themselves.
+        assert!((6000.0..6042.0).contains(&part.weights.iter().sum::<f64>()));
+        let Directions::Scattered(pairs) = &part.directions else { panic!("scattered") };
+        assert!(pairs.windows(2).all(|two| two[0] != two[1]) && part.values[0].is_sorted());
     }
 }

@@ -8,6 +8,8 @@
 //! | half/difference grid | the mean of up to four cells, two on either side along phi_d |
 //! | up to 50 000 scattered, or drawn from a grid | local linear regression on the nearest samples, as in [`super::interpolant`] |
 //! | more | the mean of the middle two of four samples next to it on a curve through all |
+//!
+//! The neighbours are those that have a value in the channel.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,16 +17,17 @@
 )]
 
 use super::interpolant::{leave_each_out, leave_each_out_along_curve};
-use crate::geometry::{Azimuths, Directions, HalfDifferenceGrid, Pair};
+use super::missing::{Alike, alike};
+use crate::geometry::{Azimuths, Directions, HalfDifferenceGrid, Pair, gather};
 use crate::math::count;
 use rayon::prelude::*;
 
 /// What the neighbours of each sample predict for it.
 #[derive(Clone, Debug, Default)]
 pub struct Predicted {
-    /// f, at least 0, 1/sr, by channel and sample.
+    /// f, at least 0, 1/sr, by channel and sample; NaN where it was not measured.
     pub values: Vec<Vec<f64>>,
-    /// The standard deviation of f, 1/sr, by channel and sample; `None` unless weights are by sigma.
+    /// The standard deviation of f, 1/sr, by channel and sample; `None` unless weights are by sigma. NaN where f was not measured.
     pub sigma: Option<Vec<Vec<f64>>>,
     /// About twice the noise of the darkest samples in x = f cos(theta_i), 1/sr, by channel: three times how far they are from their
     /// predictions, in the median.
@@ -49,6 +52,41 @@ const PART: usize = 4096;
 impl Predicted {
     /// Predicts every sample from its neighbours.
     pub(super) fn new(directions: &Directions, values: &[Vec<f64>], sigma: Option<&Vec<Vec<f64>>>) -> Self {
+        let groups = alike(values);
+        if groups.iter().all(|group| group.samples.is_none()) {
+            return Self::without_gaps(directions, values, sigma);
+        }
+        let unknown = || vec![vec![f64::NAN; directions.len()]; values.len()];
+        let mut all = Self {
+            values: unknown(),
+            sigma: sigma.map(|_| unknown()),
+            noise_floors: vec![LEAST; values.len()],
+        };
+        for Alike { channels, samples } in groups {
+            let samples = samples.unwrap_or_else(|| (0..directions.len()).collect());
+            let part = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
+                channels.iter().map(|channel| gather(&rows[*channel], &samples)).collect()
+            };
+            let sigma = sigma.map(|sigma| part(sigma));
+            let found = Self::without_gaps(&directions.select(&samples), &part(values), sigma.as_ref());
+            let put = |rows: &mut [Vec<f64>], found: &[Vec<f64>]| {
+                for (channel, found) in channels.iter().zip(found) {
+                    samples.iter().zip(found).for_each(|(sample, f)| rows[*channel][*sample] = *f);
+                }
+            };
+            put(&mut all.values, &found.values);
+            if let (Some(rows), Some(found)) = (&mut all.sigma, &found.sigma) {
+                put(rows, found);
+            }
+            for (channel, floor) in channels.iter().zip(found.noise_floors) {
+                all.noise_floors[*channel] = floor;
+            }
+        }
+        all
+    }
+
+    /// Predicts samples that have a value in every channel.
+    fn without_gaps(directions: &Directions, values: &[Vec<f64>], sigma: Option<&Vec<Vec<f64>>>) -> Self {
         let rows: Vec<&Vec<f64>> = values.iter().chain(sigma.into_iter().flatten()).collect();
         let along =
             if let Directions::Grid { cells, .. } = directions { along_rows(cells, &rows) } else { None };
@@ -76,8 +114,7 @@ impl Predicted {
 
     /// The predictions of the samples at `indices`.
     pub(super) fn at(&self, indices: &[usize]) -> Self {
-        let gather =
-            |rows: &Vec<Vec<f64>>| rows.iter().map(|row| crate::geometry::gather(row, indices)).collect();
+        let gather = |rows: &Vec<Vec<f64>>| rows.iter().map(|row| gather(row, indices)).collect();
         Self {
             values: gather(&self.values),
             sigma: self.sigma.as_ref().map(gather),
@@ -201,6 +238,30 @@ mod tests {
             assert_eq!(moved.sigma.as_ref().unwrap()[0][7], plain.sigma.as_ref().unwrap()[0][7]);
             assert_ne!(moved.values, plain.values);
             assert_ne!(moved.sigma, plain.sigma);
+        }
+    }
+
+    /// A channel with gaps is predicted as if only its samples had been measured, and no gap changes another channel.
+    #[test]
+    fn gaps_are_no_neighbours() {
+        for directions in [Directions::Scattered(scattered_directions(300, 80.0, 1)), row_of_a_grid()] {
+            let n = directions.len();
+            let whole = directions.each(|g| 1.0 + g.cos_i());
+            let kept: Vec<usize> = (0..n).filter(|sample| sample % 3 != 1).collect();
+            let with_gaps: Vec<f64> =
+                (0..n).map(|k| if k % 3 == 1 { f64::NAN } else { 2.0 * whole[k] }).collect();
+            let sigma = vec![whole.clone(), with_gaps.clone()];
+            let both = Predicted::new(&directions, &[whole.clone(), with_gaps.clone()], Some(&sigma));
+            let alone = |directions: &Directions, row: Vec<f64>| {
+                Predicted::new(directions, std::slice::from_ref(&row), Some(&vec![row.clone()]))
+            };
+            let first = alone(&directions, whole);
+            let second = alone(&directions.select(&kept), gather(&with_gaps, &kept));
+            assert_eq!(both.values[0], first.values[0]);
+            assert_eq!(gather(&both.values[1], &kept), second.values[0]);
+            assert_eq!(gather(&both.sigma.as_ref().unwrap()[1], &kept), second.sigma.unwrap()[0]);
+            assert_eq!(both.noise_floors, [first.noise_floors[0], second.noise_floors[0]]);
+            assert!((0..n).all(|k| both.values[1][k].is_nan() == (k % 3 == 1)));
         }
     }
 

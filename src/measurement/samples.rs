@@ -1,5 +1,6 @@
 //! The samples that a fit uses, and their weights.
 
+use super::missing::missing_in;
 use super::{Measurement, Predicted, dead_channels};
 use crate::error::{Error, OptionName, short};
 use crate::geometry::{Directions, Geometry};
@@ -7,7 +8,9 @@ use crate::math::count;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 /// How samples are weighted relative to each other.
@@ -99,9 +102,12 @@ pub fn checked_max_theta(degrees: f64) -> Result<f64, Error> {
 pub struct Samples {
     /// The directions of each sample.
     pub directions: Directions,
-    /// f in 1/sr, by channel and sample.
+    /// f in 1/sr, by channel and sample; NaN where it was not measured.
     pub values: Vec<Vec<f64>>,
-    /// Standard deviation of f, by channel and sample; `None` unless weights are by sigma.
+    /// The number of values that were not measured, by channel.
+    pub missing: Vec<usize>,
+    /// Standard deviation of f, by channel and sample; `None` unless weights are by sigma. That of a value that was not measured says
+    /// nothing.
     pub sigma: Option<Vec<Vec<f64>>>,
     /// The weight of each sample, apart from those that `sigma` gives; 1 on average.
     pub weights: Vec<f64>,
@@ -122,7 +128,7 @@ impl Samples {
     /// Selects the samples of `measurement` that pass `filters`.
     ///
     /// # Errors
-    /// [`Error::NoSamples`] if none does; [`Error::Unmet`] for weights that the data cannot give; [`Error::Invalid`]
+    /// [`Error::NoSamples`] if none does, or none that has a value in one of the channels; [`Error::Unmet`] for weights that the data cannot give; [`Error::Invalid`]
     /// for a measurement in which a channel does not have one value per pair of directions.
     pub fn select(measurement: &Measurement, filters: &Filters) -> Result<Self, Error> {
         Ok(Self::select_without_predictions(measurement, filters)?.with_predictions())
@@ -215,9 +221,18 @@ impl Samples {
             },
         );
         let sigma = kept_sigma;
+        let missing = values.par_iter().map(|row| missing_in(row)).collect();
         let dead = dead_channels(&values);
         let predicted = Predicted::default();
-        Ok(Self { values, directions, sigma, weights, weighting, predicted, dead, dropped })
+        let samples =
+            Self { values, missing, directions, sigma, weights, weighting, predicted, dead, dropped };
+        match samples.without_values() {
+            None => Ok(samples),
+            Some(channel) => {
+                let name = measurement.channels.get(channel).map_or("", |channel| &channel.name);
+                Err(no_values(&measurement.source.path, name, samples.len()))
+            }
+        }
     }
 
     /// The number of samples.
@@ -232,13 +247,53 @@ impl Samples {
         self.directions.is_empty()
     }
 
+    /// The first channel that has no value at any sample; `None` if all have some.
+    pub(crate) fn without_values(&self) -> Option<usize> {
+        self.missing.iter().position(|missing| *missing == self.len())
+    }
+
+    /// The sum of the weights of all values of some channels.
+    pub(crate) fn weight_of(&self, channels: &[usize]) -> f64 {
+        let missing = |channel: &usize| self.missing.get(*channel).copied().unwrap_or(0);
+        if channels.iter().map(missing).sum::<usize>() == 0 {
+            return count(channels.len()) * self.weights.iter().sum::<f64>();
+        }
+        let weights = self.weights_by_channel();
+        channels.iter().filter_map(|channel| weights.get(*channel)).sum()
+    }
+
+    /// The sums of the weights of the values of each channel.
+    pub(crate) fn weights_by_channel(&self) -> Vec<f64> {
+        let all: f64 = self.weights.iter().sum();
+        let of_channel = |(row, missing): (&Vec<f64>, &usize)| {
+            let measured = row.iter().zip(&self.weights).filter(|(value, _)| !value.is_nan());
+            if *missing == 0 { all } else { measured.map(|(_, weight)| weight).sum() }
+        };
+        self.values.iter().zip(&self.missing).map(of_channel).collect()
+    }
+
+    /// Some of the samples' numbers for a channel, with `instead` where the channel has no value.
+    pub(crate) fn filled<'r>(&self, channel: usize, numbers: &'r [f64], instead: f64) -> Cow<'r, [f64]> {
+        match (self.values.get(channel), self.missing.get(channel)) {
+            (Some(values), Some(missing)) if *missing > 0 => {
+                let filled = |(number, value): (&f64, &f64)| if value.is_nan() { instead } else { *number };
+                Cow::Owned(numbers.iter().zip(values).map(filled).collect())
+            }
+            _ => Cow::Borrowed(numbers),
+        }
+    }
+
     /// The samples at `indices`.
     pub(crate) fn at(&self, indices: &[usize]) -> Self {
-        let gather =
-            |rows: &Vec<Vec<f64>>| rows.iter().map(|row| crate::geometry::gather(row, indices)).collect();
+        let gather = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            rows.iter().map(|row| crate::geometry::gather(row, indices)).collect()
+        };
+        let values = gather(&self.values);
+        let of_channel = |(row, missing): (&Vec<f64>, &usize)| if *missing > 0 { missing_in(row) } else { 0 };
         Self {
             directions: self.directions.select(indices),
-            values: gather(&self.values),
+            missing: values.iter().zip(&self.missing).map(of_channel).collect(),
+            values,
             sigma: self.sigma.as_ref().map(gather),
             weights: crate::geometry::gather(&self.weights, indices),
             weighting: self.weighting,
@@ -247,6 +302,12 @@ impl Samples {
             dropped: self.dropped.clone(),
         }
     }
+}
+
+/// The error for a channel without values at the samples that are to be used.
+pub(crate) fn no_values(path: &Path, channel: &str, samples: usize) -> Error {
+    let reason = format!("channel {} was not measured at any of {samples} samples", short(channel));
+    Error::NoSamples { path: path.to_owned(), reason }
 }
 
 /// Appends the elements for which `keep` is true to `to`, which has room for them.
@@ -287,7 +348,7 @@ fn stratify(keep: &mut [bool], many: usize, wanted: usize, seed: u64) {
     }
 }
 
-/// The standard deviations of a file, if it gives positive ones.
+/// The standard deviations of a file, if it gives positive ones for all values.
 fn usable_sigma(measurement: &Measurement) -> Result<&Vec<Vec<f64>>, Error> {
     let unmet = |expected: &str, found: String| Error::Unmet {
         path: measurement.source.path.clone(),
@@ -298,8 +359,9 @@ fn usable_sigma(measurement: &Measurement) -> Result<&Vec<Vec<f64>>, Error> {
     let Some(sigma) = &measurement.sigma else {
         return Err(unmet("a column 'sigma' or 'sigma_<channel>' in the file for sigma", "none".to_owned()));
     };
-    for (row, channel) in sigma.iter().zip(&measurement.channels) {
-        if let Some((index, value)) = row.iter().enumerate().find(|(_, s)| **s <= 0.0) {
+    for ((row, values), channel) in sigma.iter().zip(&measurement.values).zip(&measurement.channels) {
+        let mut measured = row.iter().zip(values).enumerate().filter(|(_, (_, value))| !value.is_nan());
+        if let Some((index, (value, _))) = measured.find(|(_, (s, _))| s.is_nan() || **s <= 0.0) {
             let found = format!("{value} for channel {} of sample {}", short(&channel.name), index + 1);
             return Err(unmet("positive standard deviations for sigma", found));
         }

@@ -57,7 +57,7 @@ impl WithSimd for Evaluation<'_> {
 pub(super) struct ObservedBlock<'a> {
     pub(super) transform: Transform,
     pub(super) wanted: Wanted<'a>,
-    /// Square root of weight times normalisation; 0 if there is no sample.
+    /// Square root of weight times normalisation; 0 if there is no sample, or no value of it in the channel.
     pub(super) roots: &'a Row,
     /// The factor from a residual to standard deviations; `None` unless weights are by sigma.
     pub(super) precision: Option<&'a Row>,

@@ -1,10 +1,11 @@
 //! Samples prepared for computing residuals: transformed, weighted and arranged in rows.
+//!
+//! What was not measured has the weight 0 in its channel. A number stands in its place that any model may be compared with.
 
 use super::kernels::ObservedBlock;
 use super::loss::weighted_quantile;
 use super::metric::{Metric, Transform, Wanted};
 use crate::geometry::{BLOCK, Block, Row};
-use crate::math::count;
 use crate::measurement::Samples;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -17,7 +18,7 @@ pub(in crate::fit) struct Observed<'a> {
     samples: &'a Samples,
     /// The values that the model is compared with, by channel; `None` for channels that do not count.
     targets: Vec<Option<Target>>,
-    /// Square root of weight times normalisation, by block; 0 beyond the last sample.
+    /// Square root of weight times normalisation, by block, for the channels that have all values; 0 beyond the last sample.
     roots: Vec<Row>,
     /// The geometry of each block; empty if there are too many samples to keep it.
     blocks: Vec<Block>,
@@ -28,6 +29,8 @@ pub(in crate::fit) struct Observed<'a> {
 /// The values that the model is compared with in one channel.
 struct Target {
     transform: Transform,
+    /// The roots of a channel in which values are missing, 0 in their places; `None` for the roots of all channels.
+    roots: Option<Vec<Row>>,
     /// g(x*), by block.
     measured: Vec<Row>,
     /// g of what the neighbours predict, by block; `None` if the metric makes no use of it.
@@ -66,11 +69,12 @@ impl<'a> Observed<'a> {
     }
 
     fn with_channels(samples: &'a Samples, metric: Metric, counts: impl Fn(usize) -> bool) -> Self {
-        let channels = (0..samples.values.len()).filter(|channel| counts(*channel)).count();
-        let total: f64 = samples.weights.iter().sum();
+        let channels: Vec<usize> = (0..samples.values.len()).filter(|channel| counts(*channel)).collect();
+        let total = samples.weight_of(&channels);
         let normalisation = match samples.sigma {
-            Some(_) => 1.0,
-            None => 1.0 / (count(channels) * total),
+            None if total > 0.0 => 1.0 / total,
+            // None of a few samples may have a value in these channels.
+            _ => 1.0,
         };
         let roots: Vec<Row> = samples
             .weights
@@ -101,10 +105,13 @@ impl<'a> Observed<'a> {
     /// The values that the model is compared with in a channel.
     fn target(&self, metric: Metric, channel: usize, cosines: &[Row]) -> Target {
         let samples = self.samples;
-        let values = &samples.values[channel];
+        let gaps = samples.missing[channel] > 0;
+        let values = samples.filled(channel, &samples.values[channel], 0.0);
+        let weights = gaps.then(|| samples.filled(channel, &samples.weights, 0.0));
+        let weights = weights.as_deref().unwrap_or(&samples.weights);
         let (mut measured, sums): (Vec<Row>, Vec<(f64, f64)>) = values
             .par_chunks(BLOCK)
-            .zip(samples.weights.par_chunks(BLOCK))
+            .zip(weights.par_chunks(BLOCK))
             .zip(cosines)
             .map(|((values, weights), cosines)| {
                 let mut x = row(values, 0.0);
@@ -132,14 +139,15 @@ impl<'a> Observed<'a> {
                 arch.dispatch(Transformed { transform, x: &mut x });
                 x
             };
-            let values = samples.predicted.values[channel].par_chunks(BLOCK);
-            values.zip(cosines).map(of_block).collect::<Vec<Row>>()
+            let values = samples.filled(channel, &samples.predicted.values[channel], 0.0);
+            values.par_chunks(BLOCK).zip(cosines).map(of_block).collect::<Vec<Row>>()
         });
         let precision = samples.sigma.as_ref().map(|sigma| {
             let sigma = match &samples.predicted.sigma {
                 Some(predicted) if metric == Metric::UnbiasedCbrt => &predicted[channel],
                 _ => &sigma[channel],
             };
+            let sigma = samples.filled(channel, sigma, 1.0);
             let of_block = |(index, ((x, sigma), cosines)): (usize, ((&Row, &[f64]), &Row))| {
                 let (mut transformed, mut slopes) = (Row::filled(0.0), Row::filled(0.0));
                 match &predicted {
@@ -162,7 +170,9 @@ impl<'a> Observed<'a> {
         });
         let noise = match (&samples.sigma, &samples.predicted.sigma, &predicted) {
             (Some(given), Some(foreseen), Some(rows)) => {
-                let blocks = given[channel].chunks(BLOCK).zip(foreseen[channel].chunks(BLOCK)).zip(rows);
+                let [given, foreseen] =
+                    [given, foreseen].map(|sigma| samples.filled(channel, &sigma[channel], 1.0));
+                let blocks = given.chunks(BLOCK).zip(foreseen.chunks(BLOCK)).zip(rows);
                 let of_block = |((given, foreseen), p): ((&[f64], &[f64]), &Row)| {
                     let (mut noise, foreseen) = (row(given, 0.0), row(foreseen, 1.0));
                     for ((noise, foreseen), p) in noise.iter_mut().zip(&foreseen).zip(p) {
@@ -175,7 +185,19 @@ impl<'a> Observed<'a> {
             _ => None,
         };
         measured.par_iter_mut().for_each(|x| arch.dispatch(Transformed { transform, x }));
-        Target { transform, measured, predicted, precision, noise }
+        let roots = gaps.then(|| self.roots_with_gaps(channel));
+        Target { transform, roots, measured, predicted, precision, noise }
+    }
+
+    /// The roots of a channel in which values are missing.
+    fn roots_with_gaps(&self, channel: usize) -> Vec<Row> {
+        let of_block = |(values, roots): (&[f64], &Row)| {
+            let mut own = *roots;
+            let missing = own.iter_mut().zip(values).filter(|(_, value)| value.is_nan());
+            missing.for_each(|(root, _)| *root = 0.0);
+            own
+        };
+        self.samples.values[channel].chunks(BLOCK).zip(&self.roots).map(of_block).collect()
     }
 
     /// Whether weights follow from other standard deviations than those given.
@@ -198,9 +220,17 @@ impl<'a> Observed<'a> {
         self.targets[channel].is_some()
     }
 
-    /// Number of residuals.
+    /// Number of residuals: one for each value that was measured.
     pub(in crate::fit) fn residuals(&self) -> usize {
-        self.len() * self.targets.iter().flatten().count()
+        let of_channel = |(target, missing): (&Option<Target>, &usize)| {
+            target.as_ref().map_or(0, |_| self.len() - missing)
+        };
+        self.targets.iter().zip(&self.samples.missing).map(of_channel).sum()
+    }
+
+    /// Whether each value of a block of a channel was measured.
+    pub(in crate::fit) fn measured(&self, channel: usize, index: usize) -> impl Iterator<Item = bool> {
+        self.samples.values[channel][range(self.samples, index)].iter().map(|value| !value.is_nan())
     }
 
     /// Sum of the squares of the measured values, weighted and transformed like the residuals.
@@ -230,24 +260,27 @@ impl<'a> Observed<'a> {
                 measured: &target.measured[index],
                 predicted: target.predicted.as_ref().map_or(&target.measured[index], |rows| &rows[index]),
             },
-            roots: &self.roots[index],
+            roots: &target.roots.as_ref().unwrap_or(&self.roots)[index],
             precision: target.precision.as_ref().map(|rows| &rows[index]),
             noise: target.noise.as_ref().map(|rows| &rows[index]),
         })
     }
 
-    /// The magnitude below which `fraction` of the measured values lie, in the units of a loss's scale. All samples
+    /// The magnitude below which `fraction` of the measured values lie, in the units of a loss's scale. All values
     /// count equally, whatever their weights.
     pub(in crate::fit) fn quantile(&self, fraction: f64) -> f64 {
-        let of_target = |target: &Target| -> Vec<(f64, f64)> {
+        let of_target = |(target, values): (&Option<Target>, &Vec<f64>)| -> Vec<(f64, f64)> {
+            let Some(target) = target else { return Vec::new() };
             let mut rows = target.measured.clone();
             if let Some(precision) = &target.precision {
                 let scaled = rows.iter_mut().flatten().zip(precision.iter().flatten());
                 scaled.for_each(|(value, precision)| *value *= precision);
             }
-            rows.iter().flatten().take(self.len()).map(|value| (value.abs(), 1.0)).collect()
+            let measured = rows.iter().flatten().zip(values).filter(|(_, value)| !value.is_nan());
+            measured.map(|(g, _)| (g.abs(), 1.0)).collect()
         };
-        let mut values: Vec<(f64, f64)> = self.targets.iter().flatten().flat_map(of_target).collect();
+        let mut values: Vec<(f64, f64)> =
+            self.targets.iter().zip(&self.samples.values).flat_map(of_target).collect();
         weighted_quantile(&mut values, fraction)
     }
 }
@@ -255,6 +288,7 @@ impl<'a> Observed<'a> {
 impl Target {
     /// Sum of the squares of the measured values, weighted and transformed like the residuals.
     fn magnitude2(&self, roots: &[Row]) -> f64 {
+        let roots = self.roots.as_deref().unwrap_or(roots);
         assert_eq!(roots.len(), self.measured.len(), "number of blocks");
         let of_block = |(index, (measured, roots)): (usize, (&Row, &Row))| {
             let precision = self.precision.as_ref().map(|rows| &rows[index]);

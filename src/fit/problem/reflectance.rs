@@ -164,7 +164,8 @@ impl<'a> ReflectanceProblem<'a> {
         robust_deviation(&mut residuals.concat())
     }
 
-    /// The residuals at `x` by channel and sample, without the weights of the samples; none for channels that do not count.
+    /// The residuals at `x` by channel and sample, without the weights of the samples; NaN where nothing was measured, and none for
+    /// channels that do not count.
     #[must_use]
     pub(in crate::fit) fn residuals_of_channels(&self, x: &DVector<f64>) -> Vec<Vec<f64>> {
         let mut table = self.table.clone();
@@ -175,9 +176,10 @@ impl<'a> ReflectanceProblem<'a> {
         for blocks in block_ranges(self.observed.len()) {
             for index in blocks {
                 let of_channels = context.plain_residuals_of(index, &mut work);
-                for (row, residuals) in rows.iter_mut().zip(of_channels) {
-                    let left = self.observed.len() - row.len();
-                    row.extend(residuals.iter().flat_map(|residuals| residuals.iter().take(left).copied()));
+                for (channel, (row, residuals)) in rows.iter_mut().zip(of_channels).enumerate() {
+                    let Some(residuals) = residuals else { continue };
+                    let measured = residuals.iter().zip(self.observed.measured(channel, index));
+                    row.extend(measured.map(|(r, measured)| if measured { *r } else { f64::NAN }));
                 }
             }
         }
@@ -312,13 +314,17 @@ impl<'p, 'a> Context<'p, 'a> {
         }
     }
 
-    /// The residuals of all channels over the samples of `blocks`, each paired with its sample's weight.
+    /// The residuals of all values measured at the samples of `blocks`, each paired with its sample's weight.
     fn plain_residuals(&self, blocks: Range<usize>, work: &mut Workspace) -> Vec<(f64, f64)> {
         let observed = &self.problem.observed;
         let mut residuals = Vec::with_capacity(blocks.len() * BLOCK * self.formula.sums().len());
         for index in blocks {
-            for plain in self.plain_residuals_of(index, work).iter().flatten() {
-                residuals.extend(plain.iter().copied().zip(observed.weights(index).iter().copied()));
+            for (channel, plain) in self.plain_residuals_of(index, work).iter().enumerate() {
+                let Some(plain) = plain else { continue };
+                let weighted = plain.iter().copied().zip(observed.weights(index).iter().copied());
+                let measured =
+                    weighted.zip(observed.measured(channel, index)).filter(|(_, measured)| *measured);
+                residuals.extend(measured.map(|(weighted, _)| weighted));
             }
         }
         residuals

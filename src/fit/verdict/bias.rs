@@ -102,13 +102,16 @@ fn bend(
             (Some(given), _) => given[channel].iter().zip(&cosines).map(|(sigma, cos)| sigma * cos).collect(),
             (None, Some(ratio)) => {
                 let noise = |((f, cos), x): ((&f64, &f64), &f64)| ((f * cos - x) / ratio.max(1.0)).powi(2);
-                let squares: Vec<f64> = row.iter().zip(&cosines).zip(&x).map(noise).collect();
-                let (constant, relative) = two_parts(&x, &squares);
+                let measured = row.iter().zip(&cosines).zip(&x).filter(|((f, _), _)| !f.is_nan());
+                let (of_measured, squares): (Vec<f64>, Vec<f64>) =
+                    measured.map(|sample| (*sample.1, noise(sample))).unzip();
+                let (constant, relative) = two_parts(&of_measured, &squares);
                 x.iter().map(|x| (constant + relative * x * x).sqrt()).collect()
             }
             (None, None) => return false,
         };
-        for (((value, x), sigma), cos) in row.iter_mut().zip(&x).zip(&sigma).zip(&cosines) {
+        let of_row = row.iter_mut().zip(&x).zip(&sigma).zip(&cosines);
+        for (((value, x), sigma), cos) in of_row.filter(|(((value, _), _), _)| !value.is_nan()) {
             let bent = if given.is_some() {
                 bent_by_sigma(metric, *x, *sigma, &rule)
             } else {

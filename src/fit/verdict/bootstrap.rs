@@ -8,7 +8,7 @@
 
 use super::covariance::{Covariance, Method};
 use super::warning::Warning;
-use crate::error::{Error, OptionName};
+use crate::error::{Error, OptionName, short};
 use crate::fit::problem::loss::Objective;
 use crate::fit::task::Task;
 use crate::math::count;
@@ -60,18 +60,39 @@ const BOOTSTRAP_STREAM: u64 = 0x626f_6f74_7374;
 /// The groups to draw from.
 ///
 /// # Errors
-/// [`Error::Unmet`] if there are too few.
+/// [`Error::Unmet`] if there are too few, or too few at which a channel has values.
 pub(in crate::fit) fn groups(samples: &Samples, measurement: &Measurement) -> Result<IncidenceGroups, Error> {
     let groups = samples.incidence_groups();
+    let too_few = |found: usize, of_channel: String| Error::Unmet {
+        path: measurement.source.path.clone(),
+        option: OptionName::Uncertainty,
+        expected: format!("at least {FEWEST_GROUPS} angles of incidence{of_channel} for block-bootstrap"),
+        found: found.to_string(),
+    };
     if groups.len() < FEWEST_GROUPS {
-        return Err(Error::Unmet {
-            path: measurement.source.path.clone(),
-            option: OptionName::Uncertainty,
-            expected: format!("at least {FEWEST_GROUPS} angles of incidence for block-bootstrap"),
-            found: groups.len().to_string(),
-        });
+        return Err(too_few(groups.len(), String::new()));
+    }
+    for (has_values, channel) in with_values(samples, &groups).iter().zip(&measurement.channels) {
+        let found = has_values.iter().filter(|has| **has).count();
+        if found < FEWEST_GROUPS {
+            return Err(too_few(found, format!(" in channel {}", short(&channel.name))));
+        }
     }
     Ok(groups)
+}
+
+/// Whether each group has a value, by channel. Dead channels have no say in the fits, and need none.
+fn with_values(samples: &Samples, groups: &IncidenceGroups) -> Vec<Vec<bool>> {
+    let of_channel = |((row, missing), dead): ((&Vec<f64>, &usize), &bool)| {
+        let needs_none = *missing == 0 || *dead;
+        let mut has_values = vec![needs_none; groups.len()];
+        if !needs_none {
+            let measured = row.iter().zip(&groups.of_sample).filter(|(value, _)| !value.is_nan());
+            measured.for_each(|(_, group)| has_values[*group] = true);
+        }
+        has_values
+    };
+    samples.values.iter().zip(&samples.missing).zip(&samples.dead).map(of_channel).collect()
 }
 
 /// Repeats the fit that ended at `table`. If that was cut short, there is a warning, with or without the result.
@@ -90,7 +111,11 @@ pub(in crate::fit) fn resample(
         return Ok((None, Some(Warning::NotResampled)));
     }
     progress.stage("resampling");
-    let draws = draws(groups.len(), task.options.seed);
+    let with_values = with_values(task.samples, groups);
+    let draws = draws(groups.len(), task.options.seed, |times| {
+        let is_drawn = |has_values: &Vec<bool>| has_values.iter().zip(times).any(|(has, n)| *has && *n > 0);
+        with_values.iter().all(is_drawn)
+    });
     let at_once = if task.samples.len() <= SMALL { AT_ONCE } else { 1 };
     let mut fits: Vec<Vec<f64>> = Vec::with_capacity(REPLICATES);
     for draws in draws.chunks(at_once) {
@@ -114,8 +139,9 @@ pub(in crate::fit) fn resample(
     Ok((Some(Resampled { replicates: finished, theta_i_deg, rows, values }), short))
 }
 
-/// The number of times each of `n` groups is drawn, for each replicate.
-fn draws(n: usize, seed: u64) -> Vec<Vec<usize>> {
+/// The number of times each of `n` groups is drawn, for each replicate. What is not accepted, because it would leave a channel without
+/// values, is drawn again.
+fn draws(n: usize, seed: u64, accepted: impl Fn(&[usize]) -> bool) -> Vec<Vec<usize>> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ BOOTSTRAP_STREAM);
     let mut one = || {
         let mut times = vec![0; n];
@@ -124,7 +150,8 @@ fn draws(n: usize, seed: u64) -> Vec<Vec<usize>> {
         }
         times
     };
-    (0..REPLICATES).map(|_| one()).collect()
+    let mut accepted_one = || std::iter::repeat_with(&mut one).find(|times| accepted(times));
+    (0..REPLICATES).filter_map(|_| accepted_one()).collect()
 }
 
 /// A repeated fit.
@@ -264,7 +291,7 @@ mod tests {
 
     #[test]
     fn as_many_groups_are_drawn_as_there_are() {
-        let draws = draws(8, 0);
+        let draws = draws(8, 0, |_| true);
         assert_eq!(draws.len(), REPLICATES);
         assert!(draws.iter().all(|times| times.iter().sum::<usize>() == 8));
         // A group is never drawn with probability (7/8)^8 = 0.344: 550 of 1600, standard deviation below 19.

@@ -5,7 +5,7 @@ use crate::fit::problem::kernels::sum;
 use crate::fit::problem::metric::{Metric, Transform, Wanted};
 use crate::fit::problem::observed::row;
 use crate::geometry::{Block, Row};
-use crate::math::{Real, Scalar, count};
+use crate::math::{Real, Scalar};
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Derivatives, Expression};
 use crate::parameters::ParameterTable;
@@ -48,7 +48,7 @@ impl Errors {
 pub struct ErrorTable {
     /// The errors of all channels together, apart from dead ones.
     pub all: Errors,
-    /// The errors of each channel.
+    /// The errors of each channel; NaN if none of its values was measured at the samples compared.
     pub by_channel: Vec<Errors>,
 }
 
@@ -93,7 +93,7 @@ pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable)
     score_but(expression, samples, table, None)
 }
 
-/// The same, where `known` has the mean square in `unbiased-cbrt` of each channel, if that is known.
+/// The same, where `known` has the mean square in `unbiased-cbrt` of each channel, over all its values, if that is known.
 pub(super) fn score_but(
     expression: &Expression,
     samples: &Samples,
@@ -130,12 +130,18 @@ pub(super) fn score_but(
                 let predicted = samples.predicted.values.iter().zip(&samples.predicted.noise_floors);
                 let of_channels =
                     all_values.iter().zip(&terms).zip(&samples.values).zip(predicted).zip(&mut sums);
-                for ((((values, terms), measured), (predicted, noise_floor)), sums) in of_channels {
+                for (channel, ((((values, terms), measured), (predicted, noise_floor)), sums)) in
+                    of_channels.enumerate()
+                {
                     for ((lobe, values), basis) in expression.lobes().iter().zip(values).zip(&mut bases) {
                         lobe.model.evaluate(&block, &values.shapes, Derivatives::None, basis);
                     }
-                    let measured = row(&measured[range.clone()], 0.0);
-                    let predicted = row(&predicted[range.clone()], 0.0);
+                    let mut measured = row(&measured[range.clone()], 0.0);
+                    let mut predicted = row(&predicted[range.clone()], 0.0);
+                    let mut own_weights = weights;
+                    if samples.missing[channel] > 0 {
+                        leave_out_missing(&mut measured, [&mut predicted, &mut own_weights]);
+                    }
                     let transform = Metric::UnbiasedCbrt.transform(0.0, *noise_floor);
                     let part = Comparison {
                         block: &block,
@@ -143,7 +149,7 @@ pub(super) fn score_but(
                         terms,
                         measured: &measured,
                         unbiased: known.is_none().then_some((&predicted, transform)),
-                        weights: &weights,
+                        weights: &own_weights,
                     };
                     sums.add(&arch.dispatch(part));
                 }
@@ -155,17 +161,25 @@ pub(super) fn score_but(
     for part in &partial {
         sums.iter_mut().zip(part).for_each(|(sum, part)| sum.add(part));
     }
-    let weight: f64 = samples.weights.iter().sum();
-    for (sums, known) in sums.iter_mut().zip(known.into_iter().flatten()) {
+    let weights = samples.weights_by_channel();
+    for ((sums, known), weight) in sums.iter_mut().zip(known.into_iter().flatten()).zip(&weights) {
         sums.squares[3] = known * weight;
     }
     let mut all = Sums::default();
-    let live: Vec<&Sums> =
-        sums.iter().zip(&samples.dead).filter(|(_, dead)| !**dead).map(|(sum, _)| sum).collect();
-    live.iter().for_each(|sum| all.add(sum));
+    let live: Vec<usize> = (0..channels).filter(|channel| !samples.dead[*channel]).collect();
+    live.iter().for_each(|channel| all.add(&sums[*channel]));
     ErrorTable {
-        all: all.errors(weight * count(live.len())),
-        by_channel: sums.iter().map(|sum| sum.errors(weight)).collect(),
+        all: all.errors(samples.weight_of(&live)),
+        by_channel: sums.iter().zip(weights).map(|(sum, weight)| sum.errors(weight)).collect(),
+    }
+}
+
+/// Puts 0 in the place of measured values that are missing, and of what belongs to them.
+fn leave_out_missing(measured: &mut Row, [predicted, weights]: [&mut Row; 2]) {
+    for ((measured, predicted), weight) in measured.iter_mut().zip(predicted).zip(weights) {
+        if measured.is_nan() {
+            (*measured, *predicted, *weight) = (0.0, 0.0, 0.0);
+        }
     }
 }
 
@@ -180,7 +194,7 @@ struct Comparison<'a> {
     measured: &'a Row,
     /// The predicted f and the transform of `unbiased-cbrt`; `None` if its error is known.
     unbiased: Option<(&'a Row, Transform)>,
-    /// The weights; 0 if there is no sample.
+    /// The weights; 0 if there is no sample, or no value of it in the channel.
     weights: &'a Row,
 }
 

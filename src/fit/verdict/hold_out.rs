@@ -4,7 +4,7 @@
 //! measurement's own faults follows them there too. A whole angle requires the model to predict what it has not seen.
 
 use super::errors::{Errors, score};
-use crate::error::{Error, OptionName};
+use crate::error::{Error, OptionName, short};
 use crate::math::count;
 use crate::measurement::{Measurement, Samples};
 use crate::model::Expression;
@@ -58,7 +58,8 @@ pub fn checked_fraction(fraction: f64) -> Result<f64, Error> {
 /// one and at most all but one.
 ///
 /// # Errors
-/// [`Error::Invalid`] for a fraction outside 0..1, [`Error::Unmet`] for a measurement with a single angle of incidence.
+/// [`Error::Invalid`] for a fraction outside 0..1, [`Error::Unmet`] for a measurement with a single angle of incidence, or if a channel
+/// has no values at the angles that are fitted.
 pub(in crate::fit) fn split(
     samples: &Samples,
     fraction: f64,
@@ -79,6 +80,15 @@ pub(in crate::fit) fn split(
     let is_out = |group: usize| left_out.binary_search(&group).is_ok();
     let out = groups.samples_of(is_out);
     let mut fitted = samples.at(&groups.samples_of(|group| !is_out(group)));
+    if let Some(channel) = fitted.without_values() {
+        let channel = short(&measurement.channels[channel].name);
+        return Err(Error::Unmet {
+            path: measurement.source.path.clone(),
+            option: OptionName::HoldOut,
+            expected: format!("values of channel {channel} at the angles of incidence that are fitted"),
+            found: "none".to_owned(),
+        });
+    }
     fitted.dropped.insert("held-out", out.len());
     let theta_i_deg = left_out.iter().map(|group| groups.theta_i_deg[*group]).collect();
     // What was left out has no say in the fit, not even in its weights.

@@ -97,6 +97,7 @@ impl Task<'_> {
             weighting: samples.weighting,
             used: samples.len(),
             dropped: samples.dropped.clone(),
+            missing: samples.missing.clone(),
             reduced_chi2,
             misfit,
             sigma_unused: self.with_sigma.is_some(),
@@ -138,13 +139,15 @@ impl Task<'_> {
         Ok(fit)
     }
 
-    /// The mean square in `unbiased-cbrt` of each channel, if it is what was minimised.
+    /// The mean square in `unbiased-cbrt` of each channel, if it is what was minimised and the channels have as many values each.
     fn known_squares(&self, solution: &Solution, objective: Objective) -> Option<Vec<f64>> {
         let samples = self.samples;
         let minimised = objective == Objective::from(Metric::UnbiasedCbrt) && samples.sigma.is_none();
         let costs = &solution.linearisation.costs;
         let all_count = costs.len() == samples.values.len() && !samples.dead.contains(&true);
-        (minimised && all_count).then(|| costs.iter().map(|cost| cost * count(costs.len())).collect())
+        let complete = samples.missing.iter().all(|missing| *missing == 0);
+        (minimised && all_count && complete)
+            .then(|| costs.iter().map(|cost| cost * count(costs.len())).collect())
     }
 
     /// The covariance by the formula; `None` if the fit was cut short, because then it is not at a minimum.

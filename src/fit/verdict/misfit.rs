@@ -126,7 +126,7 @@ impl Misfit {
 struct Residuals {
     /// The index of each of these samples among all.
     samples: Vec<usize>,
-    /// By channel.
+    /// By channel; NaN where nothing was measured.
     rows: Vec<Vec<f64>>,
     weights: Vec<f64>,
 }
@@ -153,25 +153,46 @@ impl Residuals {
         self.samples.binary_search(&sample).ok()
     }
 
-    /// The mean square of the residuals of the samples in `pairs`, and half the mean square of their differences.
-    fn squares(&self, pairs: &[Twins]) -> Option<(f64, f64)> {
-        let (mut own, mut apart, mut total) = (0.0, 0.0, 0.0);
+    /// The mean squares of the residuals of the samples in `pairs`; `None` if there is no pair with values in a common channel.
+    fn squares(&self, pairs: &[Twins]) -> Option<Squares> {
+        let (mut own, mut apart, mut total, mut values) = (0.0, 0.0, 0.0, 0);
         for [a, b] in pairs {
             let (a, b) = (self.place(*a)?, self.place(*b)?);
             let weight = 0.5 * (self.weights[a] + self.weights[b]);
             for row in &self.rows {
+                if row[a].is_nan() || row[b].is_nan() {
+                    continue;
+                }
+                values += 1;
                 own += 0.5 * weight * (row[a] * row[a] + row[b] * row[b]);
                 apart += 0.5 * weight * (row[a] - row[b]).powi(2);
                 total += weight;
             }
         }
-        (total > 0.0).then_some((own / total, apart / total))
+        let pairs = values / self.rows.len().max(1);
+        (total > 0.0).then_some(Squares { own: own / total, apart: apart / total, pairs })
     }
 
-    /// The ratio of residuals to noise by `pairs`; `None` if there are too few.
-    fn ratio(&self, pairs: &[Twins]) -> Option<f64> {
-        let (own, apart) = self.squares(pairs).filter(|_| pairs.len() >= LEAST_PAIRS)?;
-        (apart > 0.0).then(|| (own / apart).sqrt())
+    /// The ratio of residuals to noise by `pairs`, and the number of those; `None` if there are too few.
+    fn ratio(&self, pairs: &[Twins]) -> Option<(f64, usize)> {
+        let Squares { own, apart, pairs } = self.squares(pairs).filter(Squares::are_enough)?;
+        (apart > 0.0).then(|| ((own / apart).sqrt(), pairs))
+    }
+}
+
+/// What pairs of samples show.
+struct Squares {
+    /// The mean square of the residuals.
+    own: f64,
+    /// Half the mean square of the differences of residuals within a pair.
+    apart: f64,
+    /// The number of pairs with values of both samples, on average over the channels.
+    pairs: usize,
+}
+
+impl Squares {
+    fn are_enough(&self) -> bool {
+        self.pairs >= LEAST_PAIRS
     }
 }
 
@@ -203,8 +224,8 @@ impl Task<'_> {
         if let Some(chi2) = chi2.or_else(|| self.chi_square(table)) {
             return found(chi2.sqrt(), NoiseSource::Sigma, samples.len());
         }
-        if let Some(ratio) = residuals.ratio(&neighbours.repeats) {
-            return found(ratio, NoiseSource::Repeats, neighbours.repeats.len());
+        if let Some((ratio, pairs)) = residuals.ratio(&neighbours.repeats) {
+            return found(ratio, NoiseSource::Repeats, pairs);
         }
 
         // Exchanged pairs are compared relative to their values, which the two cosines weigh differently.
@@ -212,18 +233,21 @@ impl Task<'_> {
         let in_values =
             if of_exchanged < LEAST_PAIRS { None } else { self.residuals_in_values(&chosen, table) };
         let exchanged = in_values.and_then(|residuals| residuals.ratio(&neighbours.exchanged));
-        let near = residuals.squares(&neighbours.near).filter(|_| neighbours.near.len() >= LEAST_PAIRS);
+        let near = residuals.squares(&neighbours.near).filter(Squares::are_enough);
         let far = residuals.squares(&neighbours.far);
-        let visible = by_chance(neighbours.near.len()).max(VISIBLE);
-        let by_neighbours = near.zip(far).and_then(|((own, near), (_, far))| {
-            (near > 0.0 && far <= visible * near).then(|| (own / near).sqrt())
+        let by_neighbours = near.zip(far).and_then(|(near, far)| {
+            let visible = by_chance(near.pairs).max(VISIBLE);
+            let is_visible = near.apart > 0.0 && far.apart <= visible * near.apart;
+            is_visible.then(|| ((near.own / near.apart).sqrt(), near.pairs))
         });
         match (by_neighbours, exchanged) {
             // What is not reciprocal differs by more than noise.
-            (_, Some(exchanged)) if exchanged > by_neighbours.unwrap_or_else(|| limit(of_exchanged)) => {
-                found(exchanged, NoiseSource::ReciprocalPairs, of_exchanged)
+            (_, Some((exchanged, pairs)))
+                if exchanged > by_neighbours.map_or_else(|| limit(pairs), |(ratio, _)| ratio) =>
+            {
+                found(exchanged, NoiseSource::ReciprocalPairs, pairs)
             }
-            (Some(ratio), _) => found(ratio, NoiseSource::Neighbours, neighbours.near.len()),
+            (Some((ratio, pairs)), _) => found(ratio, NoiseSource::Neighbours, pairs),
             (None, _) => Some(Misfit { ratio: None, source: None, relative, limit: LEAST_RATIO, worst }),
         }
     }
@@ -239,12 +263,13 @@ impl Task<'_> {
         sum_of_squares(&self.standardised(samples, table))
     }
 
-    /// The residuals in the standard deviations of the samples.
+    /// The residuals of all values in the standard deviations of the samples.
     fn standardised(&self, samples: &Samples, table: &ParameterTable) -> Vec<f64> {
         // Whatever was minimised: other metrics bend the noise.
         let metric = Metric::L2;
         let all: Vec<usize> = (0..samples.len()).collect();
-        Residuals::new(self, samples.clone(), all, table, metric).rows.concat()
+        let rows = Residuals::new(self, samples.clone(), all, table, metric).rows;
+        rows.into_iter().flatten().filter(|residual| !residual.is_nan()).collect()
     }
 
     /// The residuals in units of the measured values; `None` if a value is 0 or below.
@@ -267,22 +292,26 @@ fn sum_of_squares(values: &[f64]) -> f64 {
 fn worst(samples: &Samples, residuals: &Residuals) -> Option<Worst> {
     /// The number of ranges of incidence, each near the mirror direction or away from it.
     const RANGES: usize = 9;
-    let mut sums = [[(0.0, 0_usize); 2]; RANGES];
+    let mut sums = [[(0.0, 0_usize, 0_usize); 2]; RANGES];
     let directions = samples.directions.select(&residuals.samples);
     for (place, g) in directions.iter().enumerate() {
         let theta_i = g.theta_i_deg();
         let range = (0..RANGES - 1).filter(|range| theta_i > RANGE_DEG * count(range + 1)).count();
         let near = usize::from(g.theta_h_deg() < NEAR_MIRROR_DEG);
-        let square: f64 = residuals.rows.iter().map(|row| row[place] * row[place]).sum();
-        let sum = &mut sums[range][near];
-        (sum.0, sum.1) = (sum.0 + residuals.weights[place] * square, sum.1 + 1);
+        let measured = || residuals.rows.iter().map(|row| row[place]).filter(|residual| !residual.is_nan());
+        let square: f64 = measured().map(|residual| residual * residual).sum();
+        let (sum, samples, values) = &mut sums[range][near];
+        *sum += residuals.weights[place] * square;
+        *samples += 1;
+        *values += measured().count();
     }
     let regions = sums.iter().enumerate().flat_map(|(range, sides)| {
-        sides.iter().enumerate().map(move |(near, (sum, n))| (range, near, *sum, *n))
+        sides.iter().enumerate().map(move |(near, (sum, n, values))| (range, near, *sum, *n, *values))
     });
+    let channels = count(residuals.rows.len());
     let full = regions
-        .filter(|(.., n)| *n >= LEAST_SAMPLES)
-        .map(|(range, near, sum, n)| (range, near, sum / count(n)));
+        .filter(|(.., n, values)| *n >= LEAST_SAMPLES && *values > 0)
+        .map(|(range, near, sum, _, values)| (range, near, sum / (count(values) / channels)));
     full.max_by(|(.., a), (.., b)| a.total_cmp(b)).map(|(range, near, _)| Worst {
         theta_i_deg: [RANGE_DEG * count(range), RANGE_DEG * count(range + 1)],
         near_mirror: near == 1,

@@ -33,6 +33,8 @@ pub struct Fit {
     pub used: usize,
     /// Number of samples left out, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
+    /// Number of values of the samples used that were not measured, by channel.
+    pub missing: Vec<usize>,
     /// Every error between model and measurement.
     pub errors: ErrorTable,
     /// The budget of the fit; `None` if it had none.
@@ -45,7 +47,7 @@ pub struct Fit {
     pub resampled: Option<Resampled>,
     /// The sum of squares that was minimised.
     pub cost: f64,
-    /// Number of residuals.
+    /// Number of residuals: of values that were measured, in all channels that are not dead.
     pub n: usize,
     /// Degrees of freedom: number of residuals less number of free parameters.
     pub dof: i64,

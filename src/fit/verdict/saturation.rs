@@ -26,10 +26,13 @@ const SAME: f64 = 1e-6;
 /// fit.
 pub(super) fn saturated(channels: &[String], samples: &Samples, loss: LossKind) -> Option<Warning> {
     let of_channel = |(channel, row): (&String, &Vec<f64>)| {
+        // What was not measured is neither the largest nor equal to it.
         let value = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let cut_off: Vec<usize> =
             (0..).zip(row).filter(|(_, f)| **f >= value).map(|(index, _)| index).collect();
-        let mean = row.iter().sum::<f64>() / count(row.len().max(1));
+        let measured = row.iter().filter(|f| !f.is_nan());
+        let (sum, n) = measured.fold((0.0, 0_usize), |(sum, n), f| (sum + f, n + 1));
+        let mean = sum / count(n.max(1));
         if cut_off.len() < LEAST || value <= STANDS_OUT * mean {
             return None;
         }
