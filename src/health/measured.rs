@@ -114,7 +114,10 @@ pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
 }
 
 fn negative(row: &[f64], sigma: Option<&[f64]>) -> Negative {
-    let mean = row.iter().map(|f| f.abs()).sum::<f64>() / count(row.len().max(1));
+    // What was not measured is below nothing.
+    let (sum, n) =
+        row.iter().filter(|f| !f.is_nan()).fold((0.0, 0_usize), |(sum, n), f| (sum + f.abs(), n + 1));
+    let mean = sum / count(n.max(1));
     assert!(sigma.is_none_or(|sigma| sigma.len() == row.len()), "one standard deviation per value");
     let noise = |index: usize| match sigma {
         Some(sigma) => NOISE_SIGMAS * sigma[index],
@@ -148,7 +151,9 @@ fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
                 continue;
             }
             let weight = grid.weight(cell) * view;
-            for (sums, row) in sums.iter_mut().zip(&measurement.values) {
+            for (sums, row) in
+                sums.iter_mut().zip(&measurement.values).filter(|(_, row)| !row[index].is_nan())
+            {
                 let sum = &mut sums[range][half];
                 sum.0 += weight;
                 sum.1 += weight * row[index];

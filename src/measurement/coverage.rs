@@ -19,15 +19,18 @@ pub struct Coverage {
     pub incidence_angles: Option<usize>,
     /// Whether wi, n and wo lie in one plane, to 0.1 degrees, for every sample.
     pub in_plane: bool,
-    /// Smallest and largest value of each channel, in 1/sr.
+    /// Smallest and largest value of each channel, in 1/sr; the first is larger if the channel has none.
     pub range: Vec<(f64, f64)>,
+    /// Number of values of each channel that were not measured. They have no part in anything else.
+    pub missing: Vec<usize>,
     /// Number of values below zero in each channel.
     pub negative: Vec<usize>,
     /// Root mean square of f(wi, wo) - f(wo, wi), relative to that of f, over the pairs that were measured both ways,
     /// and the number of those pairs. A MERL-style table stores each such pair once.
     pub reciprocity: Option<(f64, usize)>,
     /// Directional albedo of each channel: int f cos(theta_o) dwo, averaged over theta_i up to `ALBEDO_LIMIT_DEG`;
-    /// `None` unless the data are a grid. Cells that were not measured are filled with the mean of the others.
+    /// `None` unless the data are a grid, NaN for a channel without values there. Cells that were not measured are filled with the mean
+    /// of the others.
     pub albedo: Option<Vec<f64>>,
 }
 
@@ -42,6 +45,7 @@ pub fn coverage(measurement: &Measurement) -> Coverage {
     let mut theta_h = theta_i;
     let mut in_plane = true;
     let mut incidences: Vec<i64> = Vec::new();
+    // Neither minimum nor maximum takes NaN.
     let include = |range: &mut (f64, f64), value: f64| {
         *range = (range.0.min(value), range.1.max(value));
     };
@@ -74,6 +78,7 @@ pub fn coverage(measurement: &Measurement) -> Coverage {
         incidence_angles: (!measurement.directions.is_grid()).then_some(incidences.len()),
         in_plane,
         range,
+        missing: measurement.missing(),
         negative: measurement.values.iter().map(|row| row.iter().filter(|v| **v < 0.0).count()).collect(),
         reciprocity: reciprocity(measurement),
         albedo: albedo(measurement),
@@ -107,13 +112,16 @@ fn reciprocity(measurement: &Measurement) -> Option<(f64, usize)> {
         if other <= index {
             continue;
         }
-        matches += 1;
-        for row in &measurement.values {
-            if let (Some(a), Some(b)) = (row.get(index), row.get(other)) {
-                difference += (a - b).powi(2);
-                scale += (a * a + b * b) / 2.0;
-            }
+        let both = |row: &Vec<f64>| Some((*row.get(index)?, *row.get(other)?));
+        let measured =
+            measurement.values.iter().filter_map(both).filter(|(a, b)| !(a.is_nan() || b.is_nan()));
+        let mut any = false;
+        for (a, b) in measured {
+            difference += (a - b).powi(2);
+            scale += (a * a + b * b) / 2.0;
+            any = true;
         }
+        matches += usize::from(any);
     }
     (matches > 0 && scale > 0.0).then(|| ((difference / scale).sqrt(), matches))
 }
@@ -124,19 +132,24 @@ fn albedo(measurement: &Measurement) -> Option<Vec<f64>> {
     let Directions::Grid { grid, cells } = &measurement.directions else { return None };
     let limit = ALBEDO_LIMIT_DEG.to_radians().cos();
     let within = |g: &Geometry<f64>| g.cos_i() >= limit && g.cos_o() > 0.0;
-    let mut weight_sum = 0.0;
-    let mut sums = vec![0.0; measurement.values.len()];
+    // The sum of weights and of weighted values, by channel.
+    let mut sums = vec![(0.0, 0.0); measurement.values.len()];
     for (index, (&cell, g)) in cells.iter().zip(measurement.directions.iter()).enumerate() {
         if !within(&g) {
             continue;
         }
         let weight = grid.weight(cell) * g.cos_o();
-        weight_sum += weight;
-        for (sum, row) in sums.iter_mut().zip(&measurement.values) {
-            *sum += weight * row.get(index).copied().unwrap_or(0.0);
+        for ((weights, sum), row) in sums.iter_mut().zip(&measurement.values) {
+            let value = row.get(index).copied().filter(|value| !value.is_nan());
+            if let Some(value) = value {
+                *weights += weight;
+                *sum += weight * value;
+            }
         }
     }
-    (weight_sum > 0.0).then(|| sums.into_iter().map(|sum| std::f64::consts::PI * sum / weight_sum).collect())
+    let known = sums.iter().any(|(weights, _)| *weights > 0.0);
+    let albedo = |(weights, sum): (f64, f64)| std::f64::consts::PI * sum / weights;
+    known.then(|| sums.into_iter().map(albedo).collect())
 }
 
 impl Coverage {

@@ -30,13 +30,14 @@ impl KnownSamples {
         Self { by_place }
     }
 
-    /// Replaces the values at those pairs of directions that are a sample's own by the sample. `values` are by channel and pair, and
-    /// `measurement` is the one that was sorted.
+    /// Replaces the values at those pairs of directions that are a sample's own by the sample, in the channels in which that was
+    /// measured. `values` are by channel and pair, and `measurement` is the one that was sorted.
     pub fn put(&self, measurement: &Measurement, pairs: &[Pair], values: &mut [Vec<f64>]) {
         for (at, sample) in pairs.iter().map(|pair| self.at(pair)).enumerate() {
             let Some(sample) = sample else { continue };
             for (row, own) in values.iter_mut().zip(&measurement.values) {
-                if let (Some(value), Some(f)) = (row.get_mut(at), own.get(sample)) {
+                let own = own.get(sample).filter(|f| !f.is_nan());
+                if let (Some(value), Some(f)) = (row.get_mut(at), own) {
                     *value = *f;
                 }
             }

@@ -201,6 +201,9 @@ pub fn select(
     progress.stage("rendering the measurement");
     let colour = ToRgb::new(&measurement.channels);
     let coloured = colour.measurement(measurement);
+    if coloured.directions.is_empty() {
+        return Err(Error::no_samples(&coloured.source.path, &coloured.dropped));
+    }
     let interpolant = Interpolant::new(&coloured);
     let max_theta_deg = request.options.filters.max_theta_deg;
     let studio = Studio::new(scene.view()?, &interpolant, max_theta_deg)?;

@@ -43,6 +43,9 @@ pub fn render(
 ) -> Result<Rendered, Error> {
     let colour = ToRgb::new(&measurement.channels);
     let coloured = colour.measurement(measurement);
+    if coloured.directions.is_empty() {
+        return Err(Error::no_samples(&coloured.source.path, &coloured.dropped));
+    }
     let studio = Studio::new(scene.view()?, &Interpolant::new(&coloured), max_theta_deg)?;
     if !studio.compared.contains(&true) {
         let found = format!("none of {} that has data around it", studio.view.samples.len());

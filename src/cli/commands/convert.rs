@@ -162,9 +162,15 @@ impl Source {
         }
         let mut notes: Vec<String> = measurement.remarks.iter().map(ToString::to_string).collect();
         let measurement = match colours(&measurement.channels, arguments, primaries, &mut notes) {
-            Some(colours) => colours.measurement(&measurement).into_owned(),
+            Some(colours) => {
+                notes.extend(colours.incomplete_in_words(&measurement));
+                colours.measurement(&measurement).into_owned()
+            }
             None => measurement,
         };
+        if measurement.directions.is_empty() {
+            return Err(Error::no_samples(&arguments.input, &measurement.dropped));
+        }
         let interpolant = Interpolant::new(&measurement);
         Ok(Self {
             channels: measurement.channels.clone(),
@@ -237,6 +243,11 @@ impl Source {
         }
         let directions = Directions::Scattered(pairs.to_vec());
         let names = self.channels.iter().map(|channel| channel.name.clone());
+        if let Kind::Fitted { .. } = self.kind
+            && values.iter().flatten().any(|f| f.is_nan())
+        {
+            return Err(Error::invalid("model", "finite values", "NaN"));
+        }
         let sampled = Measurement::new(directions, names.zip(values))?;
         csv::write(&sampled, &[self.about.clone(), "angles in degrees, values in 1/sr".to_owned()])
     }

@@ -165,6 +165,7 @@ impl Source<'_> {
             _ => format!("{} cannot hold the report: {reason}", self.target.name),
         }));
         notes.extend(colour_note(colours.route, measurement, self.primaries));
+        notes.extend(colours.incomplete_in_words(measurement));
         let measurement = colours.measurement(measurement);
         let reported = self.recorded.map(|recorded| &recorded.report);
         let options = samples.options_or_as_in(reported)?.with_stop(Arc::new(AtomicBool::new(false)));

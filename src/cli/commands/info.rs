@@ -69,6 +69,8 @@ struct ChannelRecord {
     /// Smallest and largest f, 1/sr.
     range: Option<[f64; 2]>,
     negative: usize,
+    /// Number of values that were not measured.
+    missing: usize,
     /// Directional albedo averaged over incidence up to 60 degrees; grids only.
     albedo: Option<f64>,
 }
@@ -93,7 +95,12 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
         name: channel.name.clone(),
         range: coverage.range.get(index).copied().and_then(range),
         negative: coverage.negative.get(index).copied().unwrap_or(0),
-        albedo: coverage.albedo.as_ref().and_then(|a| a.get(index).copied()),
+        missing: coverage.missing.get(index).copied().unwrap_or(0),
+        albedo: coverage
+            .albedo
+            .as_ref()
+            .and_then(|a| a.get(index).copied())
+            .filter(|albedo| !albedo.is_nan()),
     });
     let names = measurement.channel_names();
     let dead = dead_channel_doubts(&names, &measurement.values, &dead_channels(&measurement.values));
@@ -175,6 +182,8 @@ fn text(r: &InfoRecord) -> String {
         None => "reciprocity  no pair of directions was measured both ways\n".to_owned(),
     };
     text += &format!("\n{:<10} {:>12} {:>12} {:>9}", "channel", "smallest", "largest", "negative");
+    let missing = r.channels.iter().any(|c| c.missing > 0);
+    text += &if missing { format!(" {:>9}", "missing") } else { String::new() };
     let albedo = r.channels.iter().any(|c| c.albedo.is_some());
     text += &if albedo {
         format!(" {:>16}\n", format!("albedo to {ALBEDO_LIMIT_DEG} deg"))
@@ -182,8 +191,10 @@ fn text(r: &InfoRecord) -> String {
         "\n".to_owned()
     };
     for c in &r.channels {
-        let [low, high] = c.range.unwrap_or([f64::NAN; 2]);
-        text += &format!("{:<10} {low:>12.6} {high:>12.6} {:>9}", c.name, c.negative);
+        let unknown = || ["-", "-"].map(str::to_owned);
+        let [low, high] = c.range.map_or_else(unknown, |range| range.map(|f| format!("{f:.6}")));
+        text += &format!("{:<10} {low:>12} {high:>12} {:>9}", c.name, c.negative);
+        text += &if missing { format!(" {:>9}", c.missing) } else { String::new() };
         text += &c.albedo.map_or_else(String::new, |a| format!(" {a:>16.4}"));
         text += "\n";
     }

@@ -7,7 +7,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json, spares};
 use brdfit::Error;
 use brdfit::error::Place;
-use brdfit::image::{Image, absolute_difference, exr, png, side_by_side};
+use brdfit::image::{Image, ToRgb, absolute_difference, exr, png, side_by_side};
 use brdfit::measurement::checked_max_theta;
 use brdfit::report::Recorded;
 use brdfit::scene::Scene;
@@ -75,6 +75,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let model = recorded.as_ref().zip(values.as_ref());
     let model = model.map(|(recorded, values)| ModelAt { expression: &recorded.expression, values });
     let rendered = render(&measured, &scene, model, max_theta)?;
+    let incomplete = ToRgb::new(&measured.channels).incomplete_in_words(&measured);
+    incomplete.iter().for_each(|said| remark(&format!("note: {said}")));
     let apart = rendered
         .fitted
         .as_ref()

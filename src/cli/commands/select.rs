@@ -1,6 +1,6 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 
-use crate::cli::messages::say;
+use crate::cli::messages::{remark, say};
 use crate::cli::options::input::{ReadArguments, SampleArguments, WITH_SCENE, measurement_help};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::options::threads::{at_least_one, threads};
@@ -9,7 +9,7 @@ use crate::cli::output::{Output, json};
 use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Options;
-use brdfit::image::{absolute_difference, delta_e_2000, exr, false_colour, png, side_by_side};
+use brdfit::image::{ToRgb, absolute_difference, delta_e_2000, exr, false_colour, png, side_by_side};
 use brdfit::model::Expression;
 use brdfit::scene::Scene;
 use brdfit::select::{self, DRAWN, JUST_NOTICEABLE, Request, Selected, checked_tolerance, name, table};
@@ -63,6 +63,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let report = arguments.report.file().map(Output::open).transpose()?;
     let scene = Scene::read(&arguments.scene)?;
     let measurement = arguments.read.read(&arguments.input)?;
+    let incomplete = ToRgb::new(&measurement.channels).incomplete_in_words(&measurement);
+    incomplete.iter().for_each(|said| remark(&format!("note: {said}")));
     let images = arguments.images.as_deref().map(Images::open).transpose()?;
 
     let bar = Bar::new(1, arguments.report.quiet());

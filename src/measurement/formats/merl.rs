@@ -240,6 +240,10 @@ fn write(subject: &Subject<'_>) -> Result<Written, Error> {
         Directions::Grid { cells, .. } => Some((measurement, cells)),
         Directions::Scattered(_) => None,
     });
+    if own.is_none() {
+        subject.check_channels()?;
+        losses.extend(subject.gaps());
+    }
     let (cells, rows, covered) = match own {
         Some((measurement, cells)) => (cells.clone(), measurement.values.clone(), vec![true; cells.len()]),
         None => {
@@ -260,6 +264,11 @@ fn write(subject: &Subject<'_>) -> Result<Written, Error> {
         Some([value(r)?, value(g)?, value(b)?])
     };
     let is_negative = |index: &usize| rgb(*index).is_some_and(|rgb| rgb.iter().any(|f| *f < 0.0));
+    let lacks_one = |index: &usize| rgb(*index).is_some_and(|rgb| rgb.iter().any(|f| f.is_nan()));
+    let incomplete = (0..cells.len()).filter(lacks_one).count();
+    if incomplete > 0 {
+        losses.push(format!("{incomplete} cells that lack a channel were marked as not measured"));
+    }
     let negatives = (0..cells.len()).filter(is_negative).count();
     if negatives > 0 {
         losses.push(format!("{negatives} cells with negative values were marked as not measured"));

@@ -68,7 +68,9 @@ pub fn resampling(bytes: &[u8], format: &Format, subject: &Subject<'_>) -> Resul
     let (mut difference, mut scale) = (0.0, 0.0);
     let mut relative = Vec::new();
     for (found, wanted) in found.iter().zip(&wanted) {
-        for ((a, b), pair) in found.iter().zip(wanted).zip(&pairs) {
+        // What was not measured cannot be compared.
+        let both = found.iter().zip(wanted).zip(&pairs).filter(|((a, b), _)| !(a.is_nan() || b.is_nan()));
+        for ((a, b), pair) in both {
             difference += ((a - b) * pair.wo.z).powi(2);
             scale += (b * pair.wo.z).powi(2);
             if *b != 0.0 {

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, excerpt};
 use crate::geometry::{Directions, Pair, direction};
+use crate::measurement::samples::no_values;
 use crate::measurement::{Channel, Measurement};
 use std::borrow::Cow;
 
@@ -54,6 +55,31 @@ impl Covered {
 }
 
 impl Subject<'_> {
+    /// Checks that every channel has a value somewhere: without any it cannot be interpolated.
+    ///
+    /// # Errors
+    /// [`Error::NoSamples`] naming the channel.
+    pub(super) fn check_channels(&self) -> Result<(), Error> {
+        let Some(measurement) = self.measurement else { return Ok(()) };
+        let samples = measurement.directions.len();
+        let missing = measurement.missing();
+        match self.channels.iter().zip(missing).find(|(_, missing)| *missing == samples) {
+            None => Ok(()),
+            Some((channel, _)) => Err(no_values(&measurement.source.path, &channel.name, samples)),
+        }
+    }
+
+    /// The sentence about values that were not measured, if there are any, for a format that has values in all channels.
+    pub(super) fn gaps(&self) -> Option<String> {
+        let missing: usize = self.measurement?.missing().iter().sum();
+        let sentence = || {
+            format!(
+                "{missing} values were not measured: they are interpolated between samples that have their channel"
+            )
+        };
+        (missing > 0).then(sentence)
+    }
+
     /// The samples of the measurement, or without one, or with a grid, the values at a grid of angles: by default every 10 degrees of
     /// theta_i, every 5 of theta_o and every 15 of phi, and of phi_i every 30 unless f is isotropic.
     #[must_use]

@@ -69,7 +69,8 @@ enum Colours {
 }
 
 pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
-    let mut losses = Vec::new();
+    subject.check_channels()?;
+    let mut losses: Vec<String> = subject.gaps().into_iter().collect();
     let colours = colours(subject, &mut losses)?;
     let (phi_i, theta_i) = incidence(subject, &mut losses);
     let sizes = if subject.isotropic { &ISOTROPIC } else { &ANISOTROPIC };

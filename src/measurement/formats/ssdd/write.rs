@@ -15,9 +15,10 @@ const MOST_TEXT: usize = 200_000;
 const PIECE: usize = 1 << 16;
 
 pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
+    subject.check_channels()?;
     let colours = Colours::of(subject)?;
     let table = Table::of(subject);
-    let mut losses = Vec::new();
+    let mut losses: Vec<String> = subject.gaps().into_iter().collect();
     if subject.measurement.is_some_and(|measurement| measurement.sigma.is_some()) {
         losses.push("an SSDD file has no standard deviations".to_owned());
     }

@@ -9,8 +9,9 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 pub(super) fn write(subject: &Subject<'_>) -> Result<Written, Error> {
+    subject.check_channels()?;
     let grid = SpecularGrid::of(subject);
-    let mut losses = Vec::new();
+    let mut losses: Vec<String> = subject.gaps().into_iter().collect();
     let tristimulus = subject.channels.iter().map(|channel| channel.name.as_str()).eq(["X", "Y", "Z"]);
     if !tristimulus && subject.channels.len() > 1 {
         let names: Vec<&str> = subject.channels.iter().map(|channel| channel.name.as_str()).collect();
