@@ -52,6 +52,7 @@ impl Report {
         let table = &fit.table;
         let wavelengths: Vec<f64> = measurement.channels.iter().filter_map(|c| c.wavelength_nm).collect();
         let channels: Vec<String> = table.channels().to_vec();
+        let missing = channels.iter().cloned().zip(fit.missing.iter().copied()).filter(|(_, n)| *n > 0);
         let by_channel = channels.iter().cloned().zip(fit.errors.by_channel.iter().map(ErrorRecord::from));
         Self {
             schema: SCHEMA.into(),
@@ -66,6 +67,7 @@ impl Report {
                 used: fit.used,
                 dropped: fit.dropped.iter().map(|(reason, n)| ((*reason).into(), *n)).collect(),
                 channels: channels.clone(),
+                missing: InOrder(missing.collect()),
                 remarks: measurement.remarks.iter().map(ToString::to_string).collect(),
             },
             filters: FilterRecord {

@@ -115,6 +115,9 @@ pub struct Data {
     /// Number of samples left out, by reason.
     #[serde(default)]
     pub dropped: BTreeMap<Cow<'static, str>, usize>,
+    /// Number of values of the samples used that were not measured, for each channel that lacks any; left out if none does.
+    #[serde(default, skip_serializing_if = "InOrder::is_empty")]
+    pub missing: InOrder<usize>,
     /// What the reader did that a user should know, in words.
     #[serde(default)]
     pub remarks: Vec<String>,
@@ -246,7 +249,7 @@ impl From<&Errors> for ErrorRecord {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct FitRecord {
-    /// Number of residuals: samples times channels.
+    /// Number of residuals: samples times channels, less the values that were not measured.
     pub n: usize,
     /// Number of residuals less number of free parameters.
     pub dof: i64,
@@ -569,6 +572,14 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for InOrder<T> {
         }
 
         deserializer.deserialize_map(Members(PhantomData))
+    }
+}
+
+impl<T> InOrder<T> {
+    /// Whether it has no members.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 }
 

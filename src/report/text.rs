@@ -1,6 +1,7 @@
 //! Writes the report as a table for people to read.
 
 use super::{ErrorRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord};
+use crate::error::listed;
 use crate::fit::{Method, Metric, Worst};
 use crate::model::Unit;
 use std::fmt::Write as _;
@@ -30,6 +31,10 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     let dropped =
         if dropped.is_empty() { String::new() } else { format!("; left out: {}", dropped.join(", ")) };
     writeln!(text, "{} of {} samples{dropped}", data.used, data.samples)?;
+    let missing: Vec<String> = data.missing.0.iter().map(|(name, n)| format!("{n} in {name}")).collect();
+    if !missing.is_empty() {
+        writeln!(text, "values not measured: {}", listed(&missing))?;
+    }
     for remark in &data.remarks {
         writeln!(text, "{remark}")?;
     }
