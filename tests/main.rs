@@ -21,6 +21,7 @@ mod held;
 #[cfg(feature = "images")]
 mod image;
 mod misfit;
+mod missing;
 mod models;
 mod nesting;
 mod nist;

@@ -11,6 +11,7 @@ mod general;
 mod info;
 mod input;
 mod kubelka_munk;
+mod missing;
 mod models;
 mod render;
 mod report;
