@@ -44,17 +44,28 @@ impl fmt::Display for Place {
     reason = "docs/use/fitting.md describes the options of a fit, and the help those of the program"
 )]
 pub enum OptionName {
+    Angles,
+    Azimuth,
     Bounds,
+    Columns,
+    Decimal,
     Fix,
     Format,
     Free,
     HoldOut,
     Init,
+    LeaveOut,
+    LightDirection,
     Loss,
     LossScale,
     MaxTheta,
+    MeanOfSAndP,
     Metric,
+    Missing,
     PerChannel,
+    Quantity,
+    Scale,
+    Separator,
     Set,
     Shared,
     SigmaScale,
@@ -73,17 +84,28 @@ impl OptionName {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Angles => "angles",
+            Self::Azimuth => "azimuth",
             Self::Bounds => "bounds",
+            Self::Columns => "columns",
+            Self::Decimal => "decimal",
             Self::Fix => "fix",
             Self::Format => "format",
             Self::Free => "free",
             Self::HoldOut => "hold-out",
             Self::Init => "init",
+            Self::LeaveOut => "leave-out",
+            Self::LightDirection => "light-direction",
             Self::Loss => "loss",
             Self::LossScale => "loss-scale",
             Self::MaxTheta => "max-theta",
+            Self::MeanOfSAndP => "mean-of-s-and-p",
             Self::Metric => "metric",
+            Self::Missing => "missing",
             Self::PerChannel => "per-channel",
+            Self::Quantity => "quantity",
+            Self::Scale => "scale",
+            Self::Separator => "separator",
             Self::Set => "set",
             Self::Shared => "shared",
             Self::SigmaScale => "sigma-scale",
@@ -204,6 +226,8 @@ pub enum Error {
         expected: String,
         /// What the file contains there.
         found: String,
+        /// An option that may help, and a value for it; an empty one if it has none. `None` if no option does.
+        hint: Option<(OptionName, String)>,
     },
     /// A measurement has nothing left to fit.
     NoSamples {
@@ -296,8 +320,11 @@ impl Error {
             Self::Io { path, action, source } => {
                 format!("{}: cannot {action}: {}", path.display(), plain(source))
             }
-            Self::Malformed { path, place, expected, found } => {
-                format!("{}{place}: expected {expected}, found {found}", path.display())
+            Self::Malformed { path, place, expected, found, hint } => {
+                let hint = hint.as_ref().map_or_else(String::new, |(option, value)| {
+                    format!(" ({} {value})", name(*option)).replace(" )", ")")
+                });
+                format!("{}{place}: expected {expected}, found {found}{hint}", path.display())
             }
             Self::NoSamples { path, reason } => format!("{}: no usable sample: {reason}", path.display()),
             Self::Invalid { subject, expected, found } => {
@@ -366,7 +393,19 @@ impl Error {
         expected: impl Into<String>,
         found: impl Into<String>,
     ) -> Self {
-        Self::Malformed { path: path.to_owned(), place, expected: expected.into(), found: found.into() }
+        let (path, expected, found) = (path.to_owned(), expected.into(), found.into());
+        Self::Malformed { path, place, expected, found, hint: None }
+    }
+
+    /// The same error with an option that may help, if it is about a malformed file.
+    #[must_use]
+    pub fn with_hint(self, option: OptionName, value: impl Into<String>) -> Self {
+        match self {
+            Self::Malformed { path, place, expected, found, .. } => {
+                Self::Malformed { path, place, expected, found, hint: Some((option, value.into())) }
+            }
+            other => other,
+        }
     }
 
     /// An error for a measurement with no samples left; `dropped` counts them by reason.
@@ -410,7 +449,12 @@ pub fn excerpt(text: &str) -> String {
 pub fn short(text: &str) -> String {
     /// Largest number of characters that are kept.
     const LONGEST: usize = 60;
-    let clean: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let visible = |c: char| match c {
+        '\t' => "\\t".to_owned(),
+        c if c.is_control() => " ".to_owned(),
+        c => c.to_string(),
+    };
+    let clean: String = text.chars().take(LONGEST).map(visible).collect();
     if text.chars().nth(LONGEST).is_some() { format!("{clean}...") } else { clean }
 }
 

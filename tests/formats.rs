@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::float_cmp, clippy::cast_precision_loss)]
 
 mod alta;
+mod dialects;
 #[cfg(feature = "images")]
 mod exr_slice;
 mod npz;
@@ -26,8 +27,8 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
-static CENTER: ReadOptions = ReadOptions::new();
-static EDGE: ReadOptions = ReadOptions::new().with_merl_bins(BinPosition::Edge);
+static CENTER: LazyLock<ReadOptions> = LazyLock::new(ReadOptions::new);
+static EDGE: LazyLock<ReadOptions> = LazyLock::new(|| ReadOptions::new().with_merl_bins(BinPosition::Edge));
 
 /// Reads bytes in the format of that name.
 fn parse(format: &str, bytes: &[u8], options: &ReadOptions) -> Result<Measurement, Error> {

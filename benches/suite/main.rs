@@ -48,7 +48,7 @@ use timing::Effort;
 type Section = fn(&Setup) -> String;
 
 /// The sections in the order in which they are run and stand in the document.
-const SECTIONS: [(&str, Section); 14] = [
+const SECTIONS: [(&str, Section); 15] = [
     ("machine", machine::describe),
     ("whole fits", fits::whole_fits),
     ("baseline", fits::baseline),
@@ -63,6 +63,7 @@ const SECTIONS: [(&str, Section); 14] = [
     ("spectral", fits::spectral),
     ("database", database::table),
     ("reading", reading::table),
+    ("table-of-text", reading::table_of_text),
 ];
 
 /// Measures what everything costs.

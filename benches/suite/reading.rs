@@ -128,6 +128,36 @@ pub fn table(setup: &Setup) -> String {
     markdown(&["format", "MB", "samples", "bytes and hash, ms", "read, ms", "ratio"], &rows)
 }
 
+/// The time of reading a large table of text as a multiple of a plain pass of the `csv` crate over its records.
+pub fn table_of_text(setup: &Setup) -> String {
+    let (rows, runs) = if setup.quick() { (PAIRS / 2, 3) } else { (10 * PAIRS, 15) };
+    let pairs = scattered_directions(rows, 80.0, 1);
+    let mut text = "theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned();
+    for pair in &pairs {
+        let ((theta_i, phi_i), (theta_o, phi_o)) = (spherical_degrees(pair.wi), spherical_degrees(pair.wo));
+        let [r, g, b] = [0, 1, 2].map(|channel| f(pair, channel));
+        writeln!(text, "{theta_i:.4},{phi_i:.4},{theta_o:.4},{phi_o:.4},{r:.6},{g:.6},{b:.6}").unwrap();
+    }
+    let path: PathBuf = setup.folder().join("large.csv");
+    fs::write(&path, &text).unwrap();
+    let pass = || {
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        let (mut record, mut fields) = (csv::StringRecord::new(), 0);
+        while reader.read_record(&mut record).unwrap() {
+            fields += record.len();
+        }
+        fields
+    };
+    let (plain, whole) = (seconds(runs, pass), seconds(runs, || measurement(&path, "csv")));
+    let row = vec![
+        rows.to_string(),
+        format!("{:.0}", 1e3 * plain),
+        format!("{:.0}", 1e3 * whole),
+        format!("{:.1}", whole / plain),
+    ];
+    markdown(&["rows", "a pass of the `csv` crate, ms", "read, ms", "ratio"], &[row])
+}
+
 fn measurement(path: &Path, format: &str) -> Measurement {
     read(path, Some(format), &ReadOptions::new()).unwrap_or_else(|error| panic!("{error}"))
 }

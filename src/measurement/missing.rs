@@ -30,12 +30,13 @@ impl Measurement {
             (value.is_nan() && rest().all(|value| value.is_nan())).then_some(sample)
         };
         let empty: Vec<usize> = first.iter().enumerate().filter_map(is_empty).collect();
-        if !empty.is_empty() {
-            self.directions = self.directions.select(&others_than(&empty, self.directions.len()));
-            leave_out(&mut self.values, &empty);
-            self.sigma.iter_mut().for_each(|sigma| leave_out(sigma, &empty));
-            *self.dropped.entry(NOT_MEASURED).or_default() += empty.len();
+        let mut keep = vec![true; self.directions.len()];
+        for sample in &empty {
+            if let Some(keep) = keep.get_mut(*sample) {
+                *keep = false;
+            }
         }
+        self.retain(&keep, NOT_MEASURED);
         empty
     }
 
@@ -59,11 +60,6 @@ impl Measurement {
 /// The number of values of a row that were not measured.
 pub(super) fn missing_in(row: &[f64]) -> usize {
     row.iter().filter(|value| value.is_nan()).count()
-}
-
-/// The samples below `len` that are not among `few`, which ascend.
-fn others_than(few: &[usize], len: usize) -> Vec<usize> {
-    (0..len).filter(|sample| few.binary_search(sample).is_err()).collect()
 }
 
 /// Removes the entries at the places `empty`, which ascend, from every row.

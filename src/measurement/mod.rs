@@ -15,7 +15,10 @@ mod known;
 pub mod merl_digests;
 mod missing;
 mod predicted;
+pub mod reading;
 mod remark;
+mod repeated_values;
+mod retain;
 mod samples;
 
 pub use continuous::Continuous;
@@ -36,7 +39,9 @@ pub use remark::Remark;
 pub use samples::checked_max_theta;
 pub use samples::{Filters, Samples, Weighting};
 
+use crate::error::{OptionName, excerpt};
 use crate::geometry::Directions;
+use reading::AzimuthOrigin;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -114,6 +119,56 @@ pub enum Doubt {
         /// The number of samples.
         samples: usize,
     },
+    /// The name of a column says that its values are not f.
+    NotReflectance {
+        /// The name.
+        column: String,
+        /// What its values are by that name, in words.
+        what: &'static str,
+    },
+    /// f is largest about the light's direction, as if azimuths counted from the other side.
+    BrightTowardsLight {
+        /// The largest f about the light's direction, relative to that about the mirror direction.
+        ratio: f64,
+        /// Where azimuths would have to begin.
+        other: AzimuthOrigin,
+    },
+    /// Channels are named like readings of s- and p-polarised light.
+    Polarised,
+    /// Channels have one value at many samples, far from what their neighbours say: it may mark what was not measured.
+    RepeatedValue {
+        /// The names of the channels.
+        channels: Vec<String>,
+        /// The value, as read.
+        value: f64,
+        /// The number of samples that have it in the first of them.
+        samples: usize,
+        /// What the neighbours say in the first of them, the median.
+        predicted: f64,
+    },
+}
+
+impl Doubt {
+    /// An option that would read the file in the other way, and a value for it; an empty one if it has none. `None` if there is no option.
+    #[must_use]
+    pub fn suggestion(&self) -> Option<(OptionName, String)> {
+        Some(match self {
+            Self::SuspiciousAngles { .. } => (OptionName::Angles, "radians".to_owned()),
+            Self::DeadChannel { .. } => return None,
+            Self::NotReflectance { what, .. } => {
+                let value = match *what {
+                    "per cent" => "percent",
+                    "decibels" => "decibel",
+                    "a reflectance factor" => "reflectance-factor",
+                    _ => "f-cos-o",
+                };
+                (OptionName::Quantity, value.to_owned())
+            }
+            Self::BrightTowardsLight { other, .. } => (OptionName::Azimuth, other.name().to_owned()),
+            Self::Polarised => (OptionName::MeanOfSAndP, String::new()),
+            Self::RepeatedValue { value, .. } => (OptionName::Missing, value.to_string()),
+        })
+    }
 }
 
 impl fmt::Display for Doubt {
@@ -122,8 +177,37 @@ impl fmt::Display for Doubt {
             Self::SuspiciousAngles { steepest_deg } => write!(
                 f,
                 "no direction is more than {steepest_deg:.2} degrees from the normal: if the file's angles are in radians, \
-                 convert them to degrees"
+                 they must be read so"
             ),
+            Self::NotReflectance { column, what } => {
+                write!(f, "column {} is called like {what}, and was read as f in 1/sr", excerpt(column))
+            }
+            Self::BrightTowardsLight { ratio, other } => write!(
+                f,
+                "f is {ratio:.1} times as large towards the light as in the mirror direction: unless the material is \
+                 retro-reflective, its azimuths count {}",
+                match other {
+                    AzimuthOrigin::Light => "from the light's side",
+                    AzimuthOrigin::Mirror => "from the side of the mirror direction",
+                }
+            ),
+            Self::Polarised => write!(
+                f,
+                "the channels are called like readings of s- and p-polarised light, and each is fitted by itself: f for \
+                 unpolarised light is their mean"
+            ),
+            Self::RepeatedValue { channels, value, samples, predicted } => {
+                let others = match channels.len() {
+                    0 | 1 => String::new(),
+                    several => format!(", and so are {} other channels", several - 1),
+                };
+                write!(
+                    f,
+                    "channel {} is exactly {value} at {samples} samples whose neighbours say {predicted:.4}{others}: if the \
+                     value marks what was not measured, leave it out",
+                    channels.first().map(String::as_str).unwrap_or_default()
+                )
+            }
             Self::DeadChannel { channel, value, samples } => write!(
                 f,
                 "channel {channel} is {value:.6} at all {samples} samples while others vary, as if its detector were dead: in a \

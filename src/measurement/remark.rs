@@ -30,6 +30,11 @@ pub enum Remark {
         /// The grid on which they were drawn, in words.
         grid: String,
     },
+    /// The columns of a table were understood by their names.
+    Columns {
+        /// What was made of them, in words.
+        what: String,
+    },
     /// The file fixes some of the four angles, or leaves them open.
     Assumed {
         /// What was assumed, in words.
@@ -57,6 +62,7 @@ impl fmt::Display for Remark {
             Self::Drawn { grid } => {
                 write!(f, "the file defines f at all directions; samples were drawn on {grid}")
             }
+            Self::Columns { what } => write!(f, "table: {what}"),
             Self::Assumed { what } => write!(f, "{what}"),
         }
     }

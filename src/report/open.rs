@@ -133,8 +133,9 @@ named! {
     LossKind (name): None Huber Cauchy;
     Method (name): Absolute Sandwich BlockBootstrap;
     Metric (name): L2 Log Cbrt UnbiasedCbrt;
-    OptionName (name): Bounds Fix Format Free HoldOut Init Loss LossScale MaxTheta Metric PerChannel Set Shared SigmaScale Svg TargetError
-        Thickness Tie Timeout Tolerance Uncertainty Weights;
+    OptionName (name): Angles Azimuth Bounds Columns Decimal Fix Format Free HoldOut Init LeaveOut LightDirection Loss LossScale MaxTheta
+        MeanOfSAndP Metric Missing PerChannel Quantity Scale Separator Set Shared SigmaScale Svg TargetError Thickness Tie Timeout Tolerance
+        Uncertainty Weights;
     NoiseSource (name): Sigma Repeats ReciprocalPairs Neighbours;
     SigmaScale (name): Absolute Auto;
     SolverKind (name): LevenbergMarquardt #[cfg(feature = "solvers")] LBfgs #[cfg(feature = "solvers")] NelderMead
@@ -144,8 +145,8 @@ named! {
     Uncertainty (name): Formula BlockBootstrap;
     Unit (symbol): One Degrees UnscaledMerl;
     WarningKind (name): AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
-        LossDiscards Misfit NotIdentifiable NotUsable Resampling Saturated StrengthAboveOne SuspiciousAngles TargetMissed
-        TiedStarts WorthFreeing;
+        LossDiscards Misfit NotIdentifiable NotReflectance NotUsable Polarised RepeatedValue Resampling Saturated StrengthAboveOne
+        SuspiciousAngles TargetMissed TiedStarts WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;
 }
 

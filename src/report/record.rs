@@ -411,6 +411,8 @@ pub struct OptionRecord {
     pub merl_bins: Open<BinPosition>,
     /// The material that was read from a file that holds several, as given; null if none was named.
     pub material: Option<String>,
+    /// How the numbers of the file were understood, where the user said so: options and their values, such as `quantity=f-cos-o`.
+    pub reading: Vec<String>,
     /// How strongly outliers are down-weighted.
     pub loss: Open<LossKind>,
     /// Residual above which the loss down-weights a sample, in units of the residual (standard deviations for weights by

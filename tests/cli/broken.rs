@@ -124,7 +124,8 @@ fn every_broken_input_is_refused() {
 
     // Every file has its line, and every line its own file.
     let files = fs::read_dir(corpus()).unwrap().map(|entry| entry.unwrap().path());
-    let files = files.filter(|path| path.is_dir());
+    // Those in dialects are read: tests/formats/dialects.rs.
+    let files = files.filter(|path| path.is_dir() && !path.ends_with("dialects"));
     let files = files.flat_map(|folder| fs::read_dir(folder).unwrap()).map(|entry| entry.unwrap().path());
     let relative = |path: PathBuf| path.strip_prefix(corpus()).unwrap().to_str().unwrap().to_owned();
     assert_eq!(files.map(relative).collect::<BTreeSet<_>>(), names);
@@ -162,10 +163,10 @@ fn gigantic_inputs_are_refused() {
         ("merl", "terabyte.binary", ["byte 34992012", "found 1099511627776 (too long)"]),
         ("merl", "float.binary", ["byte 17496012", "found 17496012 (truncated)"]),
         ("merl", "double.binary", ["byte 34992012", "found 69984024 (too long)"]),
-        ("csv", "terabyte.csv", [":4380:", "found a zero byte at offset 70"]),
-        ("cornell", "terabyte.brdf", [":5004:", "found a zero byte at offset 70"]),
-        ("drawdown", "paint.csv", [":8754:", "found a zero byte at offset 70"]),
-        ("directions", "terabyte.csv", [":4380:", "found a zero byte at offset 70"]),
+        ("csv", "terabyte.csv", [":4380:", "a zero byte"]),
+        ("cornell", "terabyte.brdf", [":5004:", "a zero byte"]),
+        ("drawdown", "paint.csv", [":8754:", "a zero byte"]),
+        ("directions", "terabyte.csv", [":4380:", "a zero byte"]),
         (
             "csv",
             "nothing.csv",

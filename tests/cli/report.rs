@@ -424,6 +424,7 @@ fn reports_of_earlier_versions_are_read() {
     remove("filters", "sigma_unused", json!(false));
     remove("options", "sigma_scale", Value::Null);
     remove("options", "material", Value::Null);
+    remove("options", "reading", json!([]));
     remove("data", "remarks", json!([]));
     let without_unbiased = |errors: &mut Value| {
         assert_eq!(errors.as_object_mut().unwrap().remove("unbiased_cbrt"), Some(Value::Null));

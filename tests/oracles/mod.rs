@@ -8,6 +8,7 @@
 
 use brdfit::Error;
 use brdfit::drawdown::{self, Drawdown, Record, Surface};
+use brdfit::error::OptionName;
 use brdfit::fit::{Options, evaluate};
 use brdfit::geometry::{Azimuths, Pair, direction};
 use brdfit::measurement::Measurement;
@@ -15,6 +16,7 @@ use brdfit::measurement::formats::csv::write as write_csv;
 use brdfit::measurement::formats::{
     BinPosition, File, ReadOptions, Subject, directions_of, named, read_file,
 };
+use brdfit::measurement::reading::Conventions;
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, SettingTexts};
 use brdfit::report::{Circumstances, OptionRecord, Report, Times, table};
@@ -28,6 +30,7 @@ pub type Target = (&'static str, fn(&[u8]));
 #[allow(dead_code)]
 pub const TARGETS: &[Target] = &[
     ("csv", csv),
+    ("reading", reading),
     ("cornell", cornell),
     ("alta", alta),
     ("tables", tables),
@@ -162,6 +165,44 @@ fn check_round_trip(m: &Measurement) {
 pub fn csv(bytes: &[u8]) {
     if let Some(m) = read(bytes, Some("csv")) {
         check_round_trip(&m);
+    }
+}
+
+/// Options that say how a table is read, of which the first byte of a case chooses one set.
+const READING: [&[(OptionName, &str)]; 8] = [
+    &[],
+    &[(OptionName::Columns, "theta_i=1,phi_i=2,theta_o=3,phi_o=4,channels=5;6,sigma=7")],
+    &[(OptionName::Columns, "theta_i=a,theta_o=b,wavelength=w,channels=f"), (OptionName::Missing, "-999,0")],
+    &[(OptionName::Angles, "elevation"), (OptionName::Azimuth, "from-mirror")],
+    &[(OptionName::Angles, "radians,theta_o=cosine"), (OptionName::LightDirection, "as-it-travels")],
+    &[(OptionName::Quantity, "f-cos-i-cos-o,percent"), (OptionName::Scale, "0.5")],
+    &[
+        (OptionName::Quantity, "decibel"),
+        (OptionName::Decimal, "comma"),
+        (OptionName::Separator, "semicolon"),
+    ],
+    &[
+        (OptionName::LeaveOut, "theta_i=20..40"),
+        (OptionName::MeanOfSAndP, "true"),
+        (OptionName::Separator, "blanks"),
+    ],
+];
+
+/// Tables of text, read as one of several sets of options says.
+pub fn reading(bytes: &[u8]) {
+    let Some((first, table)) = bytes.split_first() else { return };
+    let options = READING[usize::from(*first) % READING.len()];
+    let conventions = options.iter().fold(Conventions::default(), |conventions, (option, text)| {
+        conventions.with(*option, text).expect("options that exist")
+    });
+    match read_file(file(table), Some("csv"), &ReadOptions::new().with_conventions(conventions)) {
+        Ok(m) => {
+            check_measurement(&m);
+            check_round_trip(&m);
+        }
+        // Numbers may become infinite, and channels may not be polarised.
+        Err(error @ Error::Invalid { .. }) => check_message(&error.to_string()),
+        Err(error) => check_refusal(&error),
     }
 }
 

@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     };
     let mut said: Vec<String> = source.notes.iter().map(|note| format!("note: {note}")).collect();
     let bytes = match (at, format) {
-        (Some(at), _) => source.values_at(&read_directions(at, &read.options())?, &mut said)?.into_bytes(),
+        (Some(at), _) => source.values_at(&read_directions(at, &read.options()?)?, &mut said)?.into_bytes(),
         (None, Some(format)) => source.written(format, grid.as_ref(), output, &mut said)?,
         (None, None) => Vec::new(),
     };

@@ -97,7 +97,7 @@ fn values_at(arguments: &Arguments, inputs: Inputs, at: &Path) -> Result<Outcome
     arguments.report.check_inputs(&files)?;
     let (expression, table) = arguments.model.with_values(recorded, false)?;
     let output = arguments.report.file().map(Output::open).transpose()?;
-    let pairs = read_directions(at, &arguments.read.options())?;
+    let pairs = read_directions(at, &arguments.read.options()?)?;
     let directions = Directions::Scattered(pairs);
     let comments = [
         format!("brdfit evaluate {}", expression.canonical()),
@@ -160,14 +160,12 @@ fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
     let circumstances = Circumstances {
         metric: options.metric,
         max_theta_deg: options.filters.max_theta_deg,
-        options: OptionRecord {
+        options: read.recorded_in(OptionRecord {
             solver: None,
             uncertainty: None,
-            merl_bins: read.merl_bins().into(),
-            material: read.material().map(str::to_owned),
             parameters: arguments.model.as_given(),
             ..OptionRecord::new(&options, &result)
-        },
+        }),
         times: Times { read: reading, fit: total - reading, total, threads: rayon::current_num_threads() },
         fitted: false,
     };

@@ -281,11 +281,7 @@ fn circumstances(options: &Options, fitted: &Fit, read: &ReadArguments, started:
     Circumstances {
         metric: options.metric,
         max_theta_deg: options.filters.max_theta_deg,
-        options: OptionRecord {
-            merl_bins: read.merl_bins().into(),
-            material: read.material().map(str::to_owned),
-            ..OptionRecord::new(options, fitted)
-        },
+        options: read.recorded_in(OptionRecord::new(options, fitted)),
         times: Times { read: 0.0, fit: total, total, threads: rayon::current_num_threads() },
         fitted: true,
     }

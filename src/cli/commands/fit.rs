@@ -312,14 +312,12 @@ impl Run<'_> {
             let circumstances = Circumstances {
                 metric: options.metric,
                 max_theta_deg: options.filters.max_theta_deg,
-                options: OptionRecord {
+                options: arguments.read.recorded_in(OptionRecord {
                     target_error: arguments.fitting.target_error(),
-                    merl_bins: arguments.read.merl_bins().into(),
-                    material: arguments.read.material().map(str::to_owned),
                     timeout_s: arguments.timeout,
                     parameters: arguments.settings.as_given(self.start),
                     ..OptionRecord::new(options, &fitted)
-                },
+                }),
                 times: Times { read: *read, fit, total: read + fit, threads },
                 fitted: true,
             };

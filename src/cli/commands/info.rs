@@ -1,14 +1,14 @@
 //! `brdfit info`: describes the contents of a measurement file.
 
-use crate::cli::messages::{remark, say};
+use crate::cli::messages::{remark, say, typed};
 use crate::cli::options::input::{ReadArguments, measurement_help};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
-use brdfit::error::excerpt;
+use brdfit::error::{OptionName, excerpt};
 use brdfit::measurement::formats::named;
 use brdfit::measurement::{
-    ALBEDO_LIMIT_DEG, Coverage, Instrument, Measurement, coverage, dead_channel_doubts, dead_channels,
+    ALBEDO_LIMIT_DEG, Coverage, Doubt, Instrument, Measurement, coverage, dead_channel_doubts, dead_channels,
     merl_digests,
 };
 use clap::Args;
@@ -126,8 +126,15 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
             .map(|(relative_rms, pairs)| ReciprocityRecord { relative_rms, pairs }),
         instrument: measurement.instrument.clone(),
         remarks: measurement.remarks.iter().map(ToString::to_string).collect(),
-        doubts: measurement.doubts.iter().chain(&dead).map(ToString::to_string).collect(),
+        doubts: measurement.doubts.iter().chain(&dead).map(doubt_text).collect(),
     }
+}
+
+/// A doubt, and the option that would read the file otherwise.
+fn doubt_text(doubt: &Doubt) -> String {
+    let hint =
+        |(option, value): (OptionName, String)| format!(" ({} {value})", typed(option)).replace(" )", ")");
+    format!("{doubt}{}", doubt.suggestion().map_or_else(String::new, hint))
 }
 
 /// The lines about the instrument.
@@ -153,6 +160,22 @@ fn instrument_text(record: &Instrument) -> String {
     text
 }
 
+/// The line about the wavelengths; empty unless every channel has one.
+fn wavelengths_text(r: &InfoRecord) -> String {
+    /// With more than these, the first and the last are enough.
+    const LISTED: usize = 8;
+    match r.wavelengths_nm.as_deref() {
+        Some([first, .., last]) if r.channels.len() > LISTED => {
+            format!("wavelengths  {} from {first} to {last} nm\n", r.channels.len())
+        }
+        Some(nm @ [_, ..]) => {
+            let nm: Vec<String> = nm.iter().map(f64::to_string).collect();
+            format!("wavelengths  {} nm\n", nm.join(", "))
+        }
+        _ => String::new(),
+    }
+}
+
 fn text(r: &InfoRecord) -> String {
     let summary = named(r.format).map_or_else(|_| String::new(), |format| format!(": {}", format.summary));
     let mut text = format!("{}\nformat       {}{summary}\nSHA-256      {}\n", r.path, r.format, r.sha256);
@@ -172,6 +195,7 @@ fn text(r: &InfoRecord) -> String {
     text += &r.incidence_angles.map_or_else(String::new, |n| format!(", {n} different"));
     text += &format!("\ntheta_o      {}\ntheta_h      {}\n", degrees(r.theta_o_deg), degrees(r.theta_h_deg));
     text += &format!("in plane     {}\n", if r.in_plane { "yes" } else { "no" });
+    text += &wavelengths_text(r);
     text += &format!("sigma        {}\n", if r.has_sigma { "given" } else { "not given" });
     text += &instrument_text(&r.instrument);
     text += &match &r.reciprocity {

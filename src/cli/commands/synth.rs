@@ -2,6 +2,7 @@
 
 use crate::cli::messages::say;
 use crate::cli::options::heightfield::{HeightfieldArguments, Surface, traced_table};
+use crate::cli::options::input::ReadArguments;
 use crate::cli::options::model::ModelArguments;
 use crate::cli::options::recorded::the_report;
 use crate::cli::outcome::Outcome;
@@ -9,7 +10,7 @@ use crate::cli::output::{Output, spares};
 use brdfit::Error;
 use brdfit::geometry::{Directions, HalfDifferenceGrid, Pair};
 use brdfit::measurement::checked_max_theta;
-use brdfit::measurement::formats::{ReadOptions, csv, merl, read_directions};
+use brdfit::measurement::formats::{csv, merl, read_directions};
 use brdfit::model::Expression;
 use brdfit::parameters::ParameterTable;
 use brdfit::synthetic::{Noise, measurement, scattered_directions};
@@ -41,6 +42,8 @@ pub struct Arguments {
     /// Set the seed of directions, noise, surfaces and rays
     #[arg(long, default_value_t = 0, value_name = "N")]
     seed: u64,
+    #[command(flatten)]
+    read: ReadArguments,
     /// Write to this file: CSV, or a MERL table with --grid merl ('-': standard output)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -108,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
             return merl_table(arguments, &expression, &table, noise);
         }
         let pairs = match (&arguments.place.at, arguments.place.directions) {
-            (Some(path), _) => read_directions(path, &ReadOptions::default())?,
+            (Some(path), _) => read_directions(path, &arguments.read.options()?)?,
             (None, n) => scattered_directions(n.unwrap_or(0), max_theta, arguments.seed),
         };
         Ok(scattered_table(arguments, &expression, &table, noise, pairs)?.into_bytes())

@@ -4,23 +4,69 @@ use brdfit::Error;
 use brdfit::error::OptionName;
 use brdfit::fit::{Metric, Options};
 use brdfit::measurement::formats::{BinPosition, REGISTRY, ReadOptions, named, read};
+use brdfit::measurement::reading::{self, Conventions, Quantity};
 use brdfit::measurement::{Filters, Measurement, Weighting, checked_max_theta};
-use brdfit::report::Report;
+use brdfit::report::{OptionRecord, Report};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::path::Path;
 
+/// The heading of these options in the help.
+const READING: &str = "Reading the measurement";
+
 /// Options for reading a file.
 #[derive(Args, Clone)]
 pub struct ReadArguments {
-    #[arg(long, value_name = "NAME", help = format_help())]
+    #[arg(long, value_name = "NAME", help = format_help(), help_heading = READING)]
     format: Option<String>,
     /// Choose where in its bin each value of a MERL table lies [default: center]
-    #[arg(long, value_enum, value_name = "WHERE")]
+    #[arg(long, value_enum, value_name = "WHERE", help_heading = READING)]
     merl_bins: Option<Bins>,
     /// Read this material from a file that holds several [default: the first]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help_heading = READING)]
     material: Option<String>,
+    /// Say which columns of a table are what, by name or number: theta_i=A,theta_o=B,channels=R;G;B,sigma=S [default: by their names]
+    #[arg(long, value_name = "PART=COLUMN,...", help_heading = READING)]
+    columns: Option<String>,
+    /// Divide the rows of a table at this: comma, semicolon, tab, bar or blanks [default: recognised]
+    #[arg(long, value_name = "NAME", help_heading = READING)]
+    separator: Option<String>,
+    /// Read numbers with a decimal point or comma [default: recognised]
+    #[arg(long, value_name = "MARK", help_heading = READING)]
+    decimal: Option<String>,
+    /// Read angles in this unit: degrees, radians, gradians, cosine or elevation, for all or as in theta_i=elevation,phi_o=radians
+    /// [default: what the header says, or degrees]
+    #[arg(long, value_name = "UNIT|ANGLE=UNIT,...", help_heading = READING)]
+    angles: Option<String>,
+    /// Count the viewer's azimuth from the light's azimuth (from-light, or relative) or from that of the mirror direction (from-mirror)
+    /// [default: both azimuths from one axis]
+    #[arg(long, value_name = "WHERE", help_heading = READING)]
+    azimuth: Option<String>,
+    /// Take the light's direction as pointing towards-light or as-it-travels [default: towards-light]
+    #[arg(long, value_name = "WHICH", help_heading = READING)]
+    light_direction: Option<String>,
+    #[arg(long, value_name = "WORD,...", help = quantity_help(), help_heading = READING)]
+    quantity: Option<String>,
+    /// Multiply the values by this factor
+    #[arg(long, value_name = "FACTOR", help_heading = READING)]
+    scale: Option<String>,
+    /// Take these values for marks of what was not measured, such as -999
+    #[arg(long, value_name = "VALUE,...", allow_hyphen_values = true, help_heading = READING)]
+    missing: Option<String>,
+    /// Leave out samples whose directions lie in these ranges, in degrees: theta_i=60..70,phi_o=170..190; repeat the option for more
+    #[arg(long, value_name = "ANGLE=FROM..TO,...", help_heading = READING)]
+    leave_out: Vec<String>,
+    /// Average channels for s- and p-polarised light
+    #[arg(long, help_heading = READING)]
+    mean_of_s_and_p: bool,
+}
+
+/// The help text of `--quantity`.
+fn quantity_help() -> String {
+    format!(
+        "Read values as this quantity, one or more of {} [default: f, in 1/sr]",
+        Quantity::names().join(", ")
+    )
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -54,7 +100,7 @@ fn format_help() -> String {
 
 impl ReadArguments {
     /// Which directions the cells of a MERL table represent.
-    pub fn merl_bins(&self) -> BinPosition {
+    fn merl_bins(&self) -> BinPosition {
         match self.merl_bins {
             None | Some(Bins::Center) => BinPosition::Center,
             Some(Bins::Edge) => BinPosition::Edge,
@@ -63,11 +109,61 @@ impl ReadArguments {
 
     /// These options, and for those that the user did not give, what `reported` says.
     pub fn or_as_in(&self, reported: Option<&Report>) -> Self {
-        let bins = reported.and_then(|report| report.options.merl_bins.known());
+        let Some(report) = reported else { return self.clone() };
+        let bins = report.options.merl_bins.known();
         let bins = bins.map(|bins| if bins == BinPosition::Edge { Bins::Edge } else { Bins::Center });
-        let material = reported.and_then(|report| report.options.material.clone());
-        let material = self.material.clone().or(material);
-        Self { merl_bins: self.merl_bins.or(bins), material, ..self.clone() }
+        let material = self.material.clone().or_else(|| report.options.material.clone());
+        let mut arguments = Self { merl_bins: self.merl_bins.or(bins), material, ..self.clone() };
+        let own: Vec<OptionName> = self.conventions().into_iter().map(|(option, _)| option).collect();
+        for (name, value) in report.options.reading.iter().filter_map(|reading| reading.split_once('=')) {
+            let Some(option) = reading::OPTIONS.into_iter().find(|option| option.name() == name) else {
+                continue;
+            };
+            if own.contains(&option) {
+                continue;
+            }
+            match arguments.of_option(option) {
+                Some(Given::Once(text)) => *text = Some(value.to_owned()),
+                Some(Given::Often(texts)) => texts.push(value.to_owned()),
+                Some(Given::Flag(flag)) => *flag = value == "true",
+                None => {}
+            }
+        }
+        arguments
+    }
+
+    /// The argument of an option that says how the file is to be understood.
+    fn of_option(&mut self, option: OptionName) -> Option<Given<'_>> {
+        Some(match option {
+            OptionName::Columns => Given::Once(&mut self.columns),
+            OptionName::Separator => Given::Once(&mut self.separator),
+            OptionName::Decimal => Given::Once(&mut self.decimal),
+            OptionName::Angles => Given::Once(&mut self.angles),
+            OptionName::Azimuth => Given::Once(&mut self.azimuth),
+            OptionName::LightDirection => Given::Once(&mut self.light_direction),
+            OptionName::Quantity => Given::Once(&mut self.quantity),
+            OptionName::Scale => Given::Once(&mut self.scale),
+            OptionName::Missing => Given::Once(&mut self.missing),
+            OptionName::LeaveOut => Given::Often(&mut self.leave_out),
+            OptionName::MeanOfSAndP => Given::Flag(&mut self.mean_of_s_and_p),
+            _ => return None,
+        })
+    }
+
+    /// What the user said about how the file is to be understood, by option.
+    fn conventions(&self) -> Vec<(OptionName, String)> {
+        let mut given = Vec::new();
+        let mut copy = self.clone();
+        for option in reading::OPTIONS {
+            let texts = match copy.of_option(option) {
+                Some(Given::Once(text)) => text.iter().cloned().collect(),
+                Some(Given::Often(texts)) => texts.clone(),
+                Some(Given::Flag(flag)) => flag.then(|| "true".to_owned()).into_iter().collect(),
+                None => Vec::new(),
+            };
+            given.extend(texts.into_iter().map(|text| (option, text)));
+        }
+        given
     }
 
     /// These options, with the file read in this format unless the user named one.
@@ -76,29 +172,47 @@ impl ReadArguments {
         Self { format: self.format.clone().or_else(|| known.then(|| name.to_owned())), ..self.clone() }
     }
 
-    /// Checks the format's name before any file is read.
+    /// Checks the options before any file is read.
     pub fn check(&self) -> Result<(), Error> {
-        self.format.as_deref().map_or(Ok(()), |name| named(name).map(drop))
+        self.format.as_deref().map_or(Ok(()), |name| named(name).map(drop))?;
+        self.options().map(drop)
     }
 
     /// Reads a measurement.
     pub fn read(&self, path: &Path) -> Result<Measurement, Error> {
-        read(path, self.format.as_deref(), &self.options())
+        read(path, self.format.as_deref(), &self.options()?)
     }
 
     /// The options of a reader.
-    pub fn options(&self) -> ReadOptions {
-        let options = ReadOptions::new().with_merl_bins(self.merl_bins());
-        match &self.material {
+    pub fn options(&self) -> Result<ReadOptions, Error> {
+        let mut conventions = Conventions::default();
+        for (option, text) in self.conventions() {
+            conventions = conventions.with(option, &text)?;
+        }
+        let options = ReadOptions::new().with_merl_bins(self.merl_bins()).with_conventions(conventions);
+        Ok(match &self.material {
             Some(material) => options.with_material(material),
             None => options,
-        }
+        })
     }
 
-    /// The material to read, if the user named one.
-    pub fn material(&self) -> Option<&str> {
-        self.material.as_deref()
+    /// Adds these options to the record of a fit's.
+    pub fn recorded_in(&self, options: OptionRecord) -> OptionRecord {
+        let reading = |(option, text): (OptionName, String)| format!("{option}={text}");
+        OptionRecord {
+            merl_bins: self.merl_bins().into(),
+            material: self.material.clone(),
+            reading: self.conventions().into_iter().map(reading).collect(),
+            ..options
+        }
     }
+}
+
+/// The argument of an option.
+enum Given<'a> {
+    Once(&'a mut Option<String>),
+    Often(&'a mut Vec<String>),
+    Flag(&'a mut bool),
 }
 
 /// Value of `SCENE` for a command that has a scene, whose image can set the weights of the samples.

@@ -288,7 +288,12 @@ impl Warning {
     pub fn kind(&self) -> WarningKind {
         match self {
             Self::NotUsable(_) => WarningKind::NotUsable,
-            Self::Data(Doubt::SuspiciousAngles { .. }) => WarningKind::SuspiciousAngles,
+            Self::Data(Doubt::SuspiciousAngles { .. } | Doubt::BrightTowardsLight { .. }) => {
+                WarningKind::SuspiciousAngles
+            }
+            Self::Data(Doubt::NotReflectance { .. }) => WarningKind::NotReflectance,
+            Self::Data(Doubt::Polarised) => WarningKind::Polarised,
+            Self::Data(Doubt::RepeatedValue { .. }) => WarningKind::RepeatedValue,
             Self::Data(Doubt::DeadChannel { .. }) => WarningKind::DeadChannel,
             Self::AtBound { .. } | Self::RestsOnBound { .. } => WarningKind::AtBound,
             Self::LobeAbsent { .. } => WarningKind::LobeAbsent,
@@ -351,6 +356,9 @@ impl Warning {
         let of =
             |option, form: &str| suggestion(option, format!("{}{form}", self.parameter().unwrap_or("P")));
         match self {
+            Self::Data(doubt) => {
+                doubt.suggestion().into_iter().map(|(option, value)| suggestion(option, value)).collect()
+            }
             Self::AtBound { meaning: AtBound::Limit, .. } => vec![of(OptionName::Bounds, "=LO..HI")],
             Self::NotDetermined { .. }
             | Self::BaseLikeLobe { .. }
@@ -386,7 +394,6 @@ impl Warning {
             | Self::Misfit(_)
             | Self::GainsEnergy { .. }
             | Self::NotUsable(_)
-            | Self::Data(_)
             | Self::Saturated { .. }
             | Self::NotResampled
             | Self::TargetMissed { .. } => Vec::new(),
@@ -657,7 +664,10 @@ pub enum WarningKind {
     LossDiscards,
     Misfit,
     NotIdentifiable,
+    NotReflectance,
     NotUsable,
+    Polarised,
+    RepeatedValue,
     Resampling,
     Saturated,
     StrengthAboveOne,
@@ -686,7 +696,10 @@ impl WarningKind {
             Self::LossDiscards => "loss-discards",
             Self::Misfit => "misfit",
             Self::NotIdentifiable => "not-identifiable",
+            Self::NotReflectance => "not-reflectance",
             Self::NotUsable => "not-usable",
+            Self::Polarised => "polarised",
+            Self::RepeatedValue => "repeated-value",
             Self::Resampling => "resampling",
             Self::Saturated => "saturated",
             Self::StrengthAboveOne => "strength-above-one",

@@ -1,8 +1,12 @@
 //! A file that is being read.
 
+use super::rows::Part;
 use crate::error::{Error, Place};
+use encoding_rs::Encoding;
+use encoding_rs_io::DecodeReaderBytesBuilder;
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest as _, Sha256};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Read;
 use std::path::Path;
@@ -12,6 +16,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 const HEAD_BYTES: u64 = 65536;
 /// Number of bytes of a text that are read and checked at a time.
 const TEXT_PIECE: u64 = 1 << 20;
+/// Number of bytes of a text that are passed on at a time, if it is passed on in pieces.
+const LINES_PIECE: usize = 1 << 22;
 
 /// The first bytes of a file compressed by gzip.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -29,6 +35,8 @@ pub struct File<'a> {
     /// Locked so that threads may share the file; only one that has it to itself reads it.
     rest: Mutex<Box<dyn Read + Send + 'a>>,
     hash: Hash,
+    /// Whether it is unpacked as it is read.
+    is_packed: bool,
     /// Total number of bytes; `None` if that is not known beforehand.
     length: Option<u64>,
 }
@@ -39,12 +47,15 @@ impl<'a> File<'a> {
     /// # Errors
     /// [`Error::Io`] if it cannot be opened or read.
     pub fn open(path: &'a Path) -> Result<Self, Error> {
+        if path.as_os_str() == "-" {
+            return Self::new(path, std::io::stdin());
+        }
         let file = std::fs::File::open(path).map_err(Error::read(path))?;
         // A pipe or a device also reports a length, but not that of its output.
         let length = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|meta| meta.len());
         let opened = Self::new(path, file)?;
-        // The length of a compressed file is not that of its content.
-        let length = if opened.hash.is_of_packed() { None } else { length };
+        // The length of a compressed or recoded file is not that of its content.
+        let length = if opened.hash.is_of_source() { None } else { length };
         Ok(Self { length, ..opened })
     }
 
@@ -53,29 +64,51 @@ impl<'a> File<'a> {
     /// # Errors
     /// [`Error::Io`] if it cannot be read.
     pub fn new(path: &'a Path, mut content: impl Read + Send + 'a) -> Result<Self, Error> {
-        let mut head = Vec::new();
-        content.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(Error::read(path))?;
-        if !head.starts_with(&GZIP) {
-            return Ok(Self {
-                path,
-                head,
-                rest: Mutex::new(Box::new(content)),
-                hash: Hash::default(),
-                length: None,
-            });
-        }
-        let hash = Arc::new(Mutex::new(Sha256::new()));
-        let packed = Hashed { inner: std::io::Cursor::new(head).chain(content), hash: Arc::clone(&hash) };
-        let mut unpacked = Limited { inner: MultiGzDecoder::new(packed), left: MOST_UNPACKED };
-        let mut head = Vec::new();
-        unpacked.by_ref().take(HEAD_BYTES).read_to_end(&mut head).map_err(unreadable(path, true))?;
-        Ok(Self {
+        let head = beginning(&mut content).map_err(Error::read(path))?;
+        let plain = Self {
             path,
             head,
-            rest: Mutex::new(Box::new(unpacked)),
-            hash: Hash::OfPacked(hash),
+            rest: Mutex::new(Box::new(content)),
+            hash: Hash::default(),
+            is_packed: false,
             length: None,
-        })
+        };
+        let unpacked = if plain.head.starts_with(&GZIP) {
+            plain.through(true, |packed| {
+                Box::new(Limited { inner: MultiGzDecoder::new(packed), left: MOST_UNPACKED })
+            })?
+        } else {
+            plain
+        };
+        match utf16(&unpacked.head) {
+            Some(encoding) => unpacked.through(false, |recoded| {
+                let decoder = DecodeReaderBytesBuilder::new().encoding(Some(encoding)).build(recoded);
+                Box::new(decoder)
+            }),
+            None => Ok(unpacked),
+        }
+    }
+
+    /// The same file with its content passed through a decoder. The hash stays that of the bytes before.
+    fn through(
+        self,
+        unpacks: bool,
+        decoder: impl FnOnce(Box<dyn Read + Send + 'a>) -> Box<dyn Read + Send + 'a>,
+    ) -> Result<Self, Error> {
+        let Self { path, head, rest, hash, is_packed, length } = self;
+        let rest = rest.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let content = std::io::Cursor::new(head).chain(rest);
+        let (content, hash): (Box<dyn Read + Send + 'a>, Hash) = match hash {
+            Hash::OfContent(hash) => {
+                let hash = Arc::new(Mutex::new(hash));
+                (Box::new(Hashed { inner: content, hash: Arc::clone(&hash) }), Hash::OfSource(hash))
+            }
+            of_source @ Hash::OfSource(_) => (Box::new(content), of_source),
+        };
+        let mut content = decoder(content);
+        let is_packed = is_packed || unpacks;
+        let head = beginning(&mut content).map_err(unreadable(path, is_packed))?;
+        Ok(Self { path, head, rest: Mutex::new(content), hash, is_packed, length })
     }
 
     /// Its number of bytes; `None` if that is not known before it is read.
@@ -137,6 +170,66 @@ impl<'a> File<'a> {
         self.beside_hashing(&bytes, |file| read(file, &bytes))
     }
 
+    /// Passes all of its content to `take` as parts of a text that end where lines end. It is hashed meanwhile, and never in memory as a
+    /// whole. A part that is not UTF-8 is taken to be in the encoding that older programs use, Windows-1252, in which every byte is a
+    /// character; a CR alone ends a line, too.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] at the first byte that is 0; [`Error::Io`] if the file cannot be read; the errors of `take`.
+    pub(super) fn with_lines(
+        &mut self,
+        mut take: impl FnMut(Part<'_>) -> Result<(), Error> + Send,
+    ) -> Result<(), Error> {
+        // What was read and not yet passed on; how much of it was found to have no zero byte.
+        let mut bytes = std::mem::take(&mut self.head);
+        let (mut checked, mut is_end) = (0, false);
+        // Where the last line that is complete ends.
+        let mut last_line = None;
+        let (mut line, mut is_first) = (1, true);
+        loop {
+            let new = bytes.get(checked..).unwrap_or_default();
+            // It is faster to find out whether there is a zero byte than where it is.
+            if new.contains(&0) {
+                return Err(self.zero_byte(&bytes, line));
+            }
+            last_line = new.iter().rposition(|byte| *byte == b'\n').map(|at| checked + at + 1).or(last_line);
+            checked = bytes.len();
+            let end = match last_line {
+                _ if is_end => bytes.len(),
+                Some(end) if bytes.len() >= LINES_PIECE => end,
+                _ => {
+                    let room = LINES_PIECE.saturating_sub(bytes.len()).max(LINES_PIECE / 4);
+                    let most = u64::try_from(room).unwrap_or(u64::MAX);
+                    let (is_packed, path) = (self.is_packed, self.path);
+                    self.rest().take(most).read_to_end(&mut bytes).map_err(unreadable(path, is_packed))?;
+                    is_end = bytes.len() == checked;
+                    continue;
+                }
+            };
+            let whole = bytes.get(..end).unwrap_or_default();
+            let text = text_of(whole);
+            let text = if is_first { text.strip_prefix('\u{feff}').unwrap_or(&text) } else { &text };
+            let part = Part::from_line(text, line);
+            (line, is_first) = (part.next_number(), false);
+            let mut hash = std::mem::take(&mut self.hash);
+            let (result, ()) = rayon::join(|| take(part), || hash.update(whole));
+            self.hash = hash;
+            result?;
+            if is_end {
+                return Ok(());
+            }
+            bytes.drain(..end);
+            (checked, last_line) = (checked - end, None);
+        }
+    }
+
+    /// The error for a zero byte in lines that follow those before `line`.
+    fn zero_byte(&self, bytes: &[u8], line: usize) -> Error {
+        let before = bytes.iter().take_while(|byte| **byte != 0).filter(|byte| **byte == b'\n').count();
+        let found = if is_utf16(bytes) { "text in UTF-16" } else { "a zero byte" };
+        Error::malformed(self.path, Place::of_line(line + before), "text", found)
+    }
+
     /// Hashes all of its content beside other work.
     fn beside_hashing<T: Send>(&mut self, bytes: &[u8], work: impl FnOnce(&Self) -> T + Send) -> T {
         let mut hash = std::mem::take(&mut self.hash);
@@ -171,7 +264,7 @@ impl<'a> File<'a> {
             checked += valid;
             let before = bytes.len();
             let piece = self.rest().take(TEXT_PIECE).read_to_end(&mut bytes);
-            piece.map_err(unreadable(self.path, self.hash.is_of_packed()))?;
+            piece.map_err(unreadable(self.path, self.is_packed))?;
             if bytes.len() == before {
                 return Ok(bytes);
             }
@@ -207,8 +300,8 @@ impl<'a> File<'a> {
         most: u64,
         mut take: impl FnMut(&[u64]) + Send,
     ) -> Result<u64, Error> {
-        let Self { path, head, rest, hash, .. } = self;
-        let unreadable = unreadable(path, hash.is_of_packed());
+        let Self { path, head, rest, hash, is_packed, .. } = self;
+        let unreadable = unreadable(path, *is_packed);
         let (before, begun) = head.split_at_checked(offset).unwrap_or((head, &[]));
         hash.update(before);
         let mut length = count(before.len());
@@ -249,10 +342,7 @@ impl<'a> File<'a> {
     fn all(&mut self, most: u64) -> Result<Vec<u8>, Error> {
         let mut bytes = std::mem::take(&mut self.head);
         let left = most.saturating_add(1).saturating_sub(count(bytes.len()));
-        self.rest()
-            .take(left)
-            .read_to_end(&mut bytes)
-            .map_err(unreadable(self.path, self.hash.is_of_packed()))?;
+        self.rest().take(left).read_to_end(&mut bytes).map_err(unreadable(self.path, self.is_packed))?;
         if count(bytes.len()) > most {
             let expected = format!("at most {most} bytes");
             return Err(Error::malformed(self.path, Place::Byte(most), expected, "more"));
@@ -271,6 +361,32 @@ impl<'a> File<'a> {
     }
 }
 
+/// The first bytes of what is to be read.
+fn beginning(content: &mut (impl Read + ?Sized)) -> std::io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    content.take(HEAD_BYTES).read_to_end(&mut head)?;
+    Ok(head)
+}
+
+/// The encoding of a text that begins like UTF-16, with its byte-order mark and a character of a European alphabet.
+fn utf16(head: &[u8]) -> Option<&'static Encoding> {
+    match head {
+        [0xff, 0xfe, low, high, ..] if *high < 5 && (*low, *high) != (0, 0) => Some(encoding_rs::UTF_16LE),
+        [0xfe, 0xff, high, low, ..] if *high < 5 && (*low, *high) != (0, 0) => Some(encoding_rs::UTF_16BE),
+        _ => None,
+    }
+}
+
+/// The text that bytes are, with a line feed at every end of a line.
+fn text_of(bytes: &[u8]) -> Cow<'_, str> {
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => encoding_rs::WINDOWS_1252.decode_without_bom_handling(bytes).0,
+    };
+    let has_lone_cr = text.contains('\r') && text.split('\r').skip(1).any(|after| !after.starts_with('\n'));
+    if has_lone_cr { Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")) } else { text }
+}
+
 /// The error for a file that cannot be read, or if it is compressed, not be unpacked.
 fn unreadable(path: &Path, packed: bool) -> impl Fn(std::io::Error) -> Error {
     move |error| {
@@ -286,8 +402,8 @@ fn unreadable(path: &Path, packed: bool) -> impl Fn(std::io::Error) -> Error {
 enum Hash {
     /// Of the bytes as they are read.
     OfContent(Sha256),
-    /// Of the bytes before they are unpacked, which the reader below keeps up to date.
-    OfPacked(Arc<Mutex<Sha256>>),
+    /// Of the bytes before they are unpacked or recoded, which the reader below keeps up to date.
+    OfSource(Arc<Mutex<Sha256>>),
 }
 
 impl Default for Hash {
@@ -297,8 +413,8 @@ impl Default for Hash {
 }
 
 impl Hash {
-    fn is_of_packed(&self) -> bool {
-        matches!(self, Self::OfPacked(_))
+    fn is_of_source(&self) -> bool {
+        matches!(self, Self::OfSource(_))
     }
 
     fn update(&mut self, bytes: &[u8]) {
@@ -311,7 +427,7 @@ impl Hash {
         match self {
             Self::OfContent(hash) => hash.finalize().to_vec(),
             // A lock is poisoned only if a thread panicked while it held it, which none does.
-            Self::OfPacked(hash) => {
+            Self::OfSource(hash) => {
                 hash.lock().map(|hash| hash.clone()).unwrap_or_default().finalize().to_vec()
             }
         }

@@ -2,9 +2,10 @@
 
 use super::file::File;
 use super::writing::Write;
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use crate::geometry::Pair;
 use crate::measurement::Measurement;
+use crate::measurement::reading::Conventions;
 
 /// How certain a format is that a file is in this format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -47,20 +48,21 @@ pub struct ReadOptions {
     pub merl_bins: BinPosition,
     /// The material to read from a file that holds several; `None` for the first.
     pub material: Option<String>,
+    /// How the numbers of the file are to be understood.
+    pub conventions: Conventions,
 }
 
 impl ReadOptions {
     /// The default options, those of the command line.
     #[must_use]
-    pub const fn new() -> Self {
-        Self { merl_bins: BinPosition::Center, material: None }
+    pub fn new() -> Self {
+        Self::default()
     }
 
     /// Takes the values of a MERL table to be those at this position in their bins.
     #[must_use]
-    pub const fn with_merl_bins(mut self, merl_bins: BinPosition) -> Self {
-        self.merl_bins = merl_bins;
-        self
+    pub fn with_merl_bins(self, merl_bins: BinPosition) -> Self {
+        Self { merl_bins, ..self }
     }
 
     /// Reads this material from a file that holds several.
@@ -68,10 +70,16 @@ impl ReadOptions {
     pub fn with_material(self, material: &str) -> Self {
         Self { material: Some(material.to_owned()), ..self }
     }
+
+    /// Understands the numbers of the file in this way.
+    #[must_use]
+    pub fn with_conventions(self, conventions: Conventions) -> Self {
+        Self { conventions, ..self }
+    }
 }
 
 /// A function that reads the directions of a file.
-pub type ReadDirections = fn(&mut File<'_>) -> Result<Vec<Pair>, Error>;
+pub type ReadDirections = fn(&mut File<'_>, &ReadOptions) -> Result<Vec<Pair>, Error>;
 
 /// A reader of one format.
 pub struct Format {
@@ -88,6 +96,10 @@ pub struct Format {
     pub directions: Option<ReadDirections>,
     /// Whether a file may hold several materials, of which [`ReadOptions::material`] names one.
     pub several_materials: bool,
+    /// The options of [`Conventions`] that not every format has and this one does.
+    pub own_options: &'static [OptionName],
+    /// Whether its reader makes directions by [`Conventions::angles`] itself, and knows their units.
+    pub knows_angles: bool,
     /// The usual endings of the names of its files, without the dot, which choose it when a file is written.
     pub extensions: &'static [&'static str],
     /// Writes a file; `None` if the format is only read.

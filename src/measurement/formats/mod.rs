@@ -30,6 +30,8 @@ pub use format::{BinPosition, Confidence, Format, ReadDirections, ReadOptions};
 pub use resampling::{Resampling, resampling};
 pub use writing::{AngleGrid, Reflectance, Subject, Write, Written, everywhere};
 
+use super::reading::OF_TABLES;
+use super::repeated_values::doubts as repeated_values;
 use super::{Measurement, Source};
 use crate::error::{Error, NameKind, OptionName, Place, excerpt};
 use crate::geometry::Pair;
@@ -84,10 +86,30 @@ pub fn read_file(
         );
         return Err(Error::invalid("--material", expected, excerpt(material)));
     }
+    check_own_options(format, options)?;
     let mut measurement = (format.read)(&mut file, options)?;
+    options.conventions.apply(&mut measurement, format.knows_angles)?;
     measurement.leave_out_empty();
+    measurement.doubts.extend(repeated_values(&measurement));
     measurement.source = Source { path: file.path.to_owned(), format: format.name, sha256: file.sha256() };
     Ok(measurement)
+}
+
+/// Fails for an option that other formats have and this one does not.
+fn check_own_options(format: &Format, options: &ReadOptions) -> Result<(), Error> {
+    let wrong = |option: OptionName, has: fn(&Format, OptionName) -> bool| {
+        let others: Vec<&str> = REGISTRY.iter().filter(|f| has(f, option)).map(|f| f.name).collect();
+        let expected = format!("no such option for {}; it is one of {}", format.name, others.join(", "));
+        Err(Error::invalid(option, expected, "one"))
+    };
+    let given = options.conventions.given().iter().map(|(option, _)| *option);
+    if let Some(option) = given.clone().find(|o| OF_TABLES.contains(o) && !format.own_options.contains(o)) {
+        return wrong(option, |format, option| format.own_options.contains(&option));
+    }
+    if given.clone().any(|option| option == OptionName::Angles) && !format.knows_angles {
+        return wrong(OptionName::Angles, |format, _| format.knows_angles);
+    }
+    Ok(())
 }
 
 /// The directions of a measurement in any format, or of a CSV file that contains only the four angles.
@@ -105,10 +127,9 @@ pub fn read_directions(path: &Path, options: &ReadOptions) -> Result<Vec<Pair>, 
 pub fn directions_of(mut file: File<'_>, options: &ReadOptions) -> Result<Vec<Pair>, Error> {
     let format = recognise(&file)?;
     if let Some(directions) = format.directions {
-        return directions(&mut file);
+        return directions(&mut file, options);
     }
-    let mut measurement = (format.read)(&mut file, options)?;
-    measurement.leave_out_empty();
+    let measurement = read_file(file, Some(format.name), options)?;
     let pairs = measurement.directions.iter().map(|g| Pair { wi: g.wi.into(), wo: g.wo.into() });
     Ok(pairs.collect())
 }

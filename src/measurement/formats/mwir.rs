@@ -27,6 +27,8 @@ pub const FORMAT: Format = Format {
     read,
     directions: None,
     several_materials: true,
+    own_options: &[],
+    knows_angles: false,
     extensions: &[],
     write: None,
 };

@@ -23,6 +23,21 @@ impl<'t> Part<'t> {
         Self { text, line: 1 }
     }
 
+    /// Part of a text that begins with this line, from 1.
+    pub(super) fn from_line(text: &'t str, line: usize) -> Self {
+        Self { text, line }
+    }
+
+    /// The text.
+    pub(super) fn text(self) -> &'t str {
+        self.text
+    }
+
+    /// The number of the line that follows it, from 1.
+    pub(super) fn next_number(self) -> usize {
+        self.split(self.text.len()).1.line
+    }
+
     /// Its lines, with their places.
     pub(super) fn lines(self) -> impl Iterator<Item = (Place, &'t str)> {
         self.text.lines().zip(self.line..).map(|(text, line)| (Place::of_line(line), text))
@@ -100,19 +115,22 @@ impl Rows {
         let mut all = parts.next().unwrap_or_else(|| Self::new(channels));
         let rest: Vec<Self> = parts.collect();
         all.pairs.reserve(rest.iter().map(|part| part.pairs.len()).sum());
-        for part in rest {
-            all.pairs.extend_from_slice(&part.pairs);
-            for (row, of_part) in all.values.iter_mut().zip(&part.values) {
-                row.extend_from_slice(of_part);
-            }
-            for (row, of_part) in all.sigma.iter_mut().zip(&part.sigma) {
-                row.extend_from_slice(of_part);
-            }
-            for (reason, number) in part.dropped {
-                *all.dropped.entry(reason).or_default() += number;
-            }
-        }
+        rest.into_iter().for_each(|part| all.append(part));
         all
+    }
+
+    /// Appends the samples of a further part.
+    pub(super) fn append(&mut self, part: Self) {
+        self.pairs.extend_from_slice(&part.pairs);
+        for (row, of_part) in self.values.iter_mut().zip(&part.values) {
+            row.extend_from_slice(of_part);
+        }
+        for (row, of_part) in self.sigma.iter_mut().zip(&part.sigma) {
+            row.extend_from_slice(of_part);
+        }
+        for (reason, number) in part.dropped {
+            *self.dropped.entry(reason).or_default() += number;
+        }
     }
 
     /// The measurement that these samples are, with standard deviations if all values have one.

@@ -1,6 +1,6 @@
 //! The rows of a CSV text, read on all threads.
 
-use super::columns::records;
+use super::records::records;
 use crate::error::{Error, Place};
 use crate::measurement::formats::file::File;
 use crate::measurement::formats::rows::Part;

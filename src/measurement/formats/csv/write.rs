@@ -1,6 +1,7 @@
 //! Writes this project's own CSV.
 
-use super::columns::{ANGLES, Columns, records};
+use super::columns::{ANGLES, EXACT, channels_of};
+use super::records::records;
 use crate::error::{Error, excerpt};
 use crate::geometry::{Geometry, Pair, spherical_degrees};
 use crate::measurement::Measurement;
@@ -18,7 +19,10 @@ pub fn write(measurement: &Measurement, comments: &[String]) -> Result<String, E
         let _ = writeln!(text, "# {}", comment.replace(char::is_control, " "));
     }
     let header = header(measurement);
-    check_header(&header, measurement)?;
+    if must_be_exact(&header, measurement)? {
+        text.push_str(EXACT);
+        text.push('\n');
+    }
     text.push_str(&header);
     text.push('\n');
     for (index, geometry) in measurement.directions.iter().enumerate() {
@@ -78,13 +82,20 @@ fn header(measurement: &Measurement) -> String {
     columns.iter().map(quoted).collect::<Vec<_>>().join(",")
 }
 
-/// Checks that a header can express the names of the channels. A user who makes up names may call a channel `sigma`,
-/// or end its name in a blank.
-fn check_header(header: &str, measurement: &Measurement) -> Result<(), Error> {
+/// Whether a reader would take names of channels for something else, unless it is told that all are channels. A user who makes up names may
+/// call a channel `time`, but not `sigma`, and may not end a name in a blank.
+///
+/// # Errors
+/// [`Error::Invalid`] if no header can express the names.
+fn must_be_exact(header: &str, measurement: &Measurement) -> Result<bool, Error> {
     let wanted = || measurement.channels.iter().map(|channel| &channel.name);
-    let read = records(header).next().and_then(Result::ok).and_then(|(_, names)| Columns::parse(&names).ok());
-    if read.is_some_and(|columns| columns.channels.iter().map(|channel| &channel.name).eq(wanted())) {
-        return Ok(());
+    let names = records(header).next().and_then(Result::ok);
+    let names: Vec<String> = names.iter().flat_map(|(_, names)| names.iter().map(str::to_owned)).collect();
+    for is_exact in [false, true] {
+        let read = channels_of(&names, is_exact);
+        if read.is_some_and(|channels| channels.iter().map(|channel| &channel.name).eq(wanted())) {
+            return Ok(is_exact);
+        }
     }
     let names: Vec<&str> = wanted().map(String::as_str).collect();
     let expected = "different names that a CSV header can contain";

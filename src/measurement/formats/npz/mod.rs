@@ -26,6 +26,8 @@ pub const FORMAT: Format = Format {
     read,
     directions: None,
     several_materials: false,
+    own_options: &[],
+    knows_angles: false,
     extensions: &["npz"],
     write: Some(write::write),
 };

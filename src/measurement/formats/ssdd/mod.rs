@@ -30,6 +30,8 @@ pub const FORMAT: Format = Format {
     read: read::read,
     directions: None,
     several_materials: false,
+    own_options: &[],
+    knows_angles: false,
     extensions: &["ssdd"],
     write: Some(write::write),
 };
