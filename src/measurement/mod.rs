@@ -177,7 +177,7 @@ impl fmt::Display for Doubt {
             Self::SuspiciousAngles { steepest_deg } => write!(
                 f,
                 "no direction is more than {steepest_deg:.2} degrees from the normal: if the file's angles are in radians, \
-                 they must be read so"
+                 read them as such"
             ),
             Self::NotReflectance { column, what } => {
                 write!(f, "column {} is called like {what}, and was read as f in 1/sr", excerpt(column))

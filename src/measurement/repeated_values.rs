@@ -14,9 +14,9 @@ const LEAST_SHARE: f64 = 0.003;
 /// A value that most samples have is what the material is.
 const LARGEST_SHARE: f64 = 0.9;
 /// Number of the most frequent values that are compared with their neighbours.
-const CANDIDATES: usize = 3;
+const CANDIDATES: usize = 2;
 /// Number of samples that predict the others, and of those that are predicted.
-const PREDICTING: usize = 4_000;
+const PREDICTING: usize = 2_000;
 const PREDICTED: usize = 200;
 /// A value is far from a prediction beyond this part of the larger of both, and beyond so many times the noise.
 const FAR: f64 = 0.5;
@@ -30,24 +30,33 @@ pub(super) fn doubts(measurement: &Measurement) -> Vec<Doubt> {
     if measurement.continuous.is_some() {
         return Vec::new();
     }
+    // What the neighbours say against a value that was looked at; `None` if nothing. One channel speaks for all: a marker is usually the
+    // same in all of them, and so is what looks like one.
+    let mut verdicts: Vec<(f64, Option<f64>)> = Vec::new();
     let mut doubts: Vec<Doubt> = Vec::new();
     for (channel, row) in measurement.channels.iter().zip(&measurement.values) {
-        let far = |value: f64| Some((value, far_from_neighbours(measurement, pairs, row, value)?));
-        let Some((marker, predicted)) = candidates(row).into_iter().find_map(far) else { continue };
-        let name = short(&channel.name);
-        // A marker is usually the same in all channels, and is spoken of once.
-        let known = doubts.iter_mut().find_map(|doubt| match doubt {
-            Doubt::RepeatedValue { channels, value, .. } if *value == marker => Some(channels),
-            _ => None,
-        });
-        match known {
-            Some(channels) => channels.push(name),
-            None => doubts.push(Doubt::RepeatedValue {
-                channels: vec![name],
-                value: marker,
-                samples: row.iter().filter(|v| **v == marker).count(),
-                predicted,
-            }),
+        for marker in candidates(row) {
+            let known = verdicts.iter().find(|(value, _)| *value == marker).map(|(_, verdict)| *verdict);
+            let is_new = known.is_none();
+            let verdict = known.unwrap_or_else(|| far_from_neighbours(measurement, pairs, row, marker));
+            if is_new {
+                verdicts.push((marker, verdict));
+            }
+            let Some(predicted) = verdict else { continue };
+            let name = short(&channel.name);
+            let spoken_of = doubts.iter_mut().find_map(|doubt| match doubt {
+                Doubt::RepeatedValue { channels, value, .. } if *value == marker => Some(channels),
+                _ => None,
+            });
+            match spoken_of {
+                Some(channels) => channels.push(name),
+                None => doubts.push(Doubt::RepeatedValue {
+                    channels: vec![name],
+                    value: marker,
+                    samples: row.iter().filter(|v| **v == marker).count(),
+                    predicted,
+                }),
+            }
         }
     }
     doubts
@@ -72,15 +81,16 @@ fn candidates(row: &[f64]) -> Vec<f64> {
             _ => runs.push((*value, 1)),
         }
     }
-    // Saturation piles up at the largest value, right above the others.
-    if let [.., (below, _), (largest, _)] = runs.as_slice()
-        && *below >= 0.5 * largest
-    {
-        runs.pop();
-    }
+    // The largest value, if it stands apart. Saturation piles up right above the others.
+    let apart = match runs.as_slice() {
+        [.., (below, _), (largest, _)] if *below < 0.5 * largest => Some(*largest),
+        _ => None,
+    };
     let share = |times: usize| count(times) / many;
-    runs.retain(|(_, times)| {
-        *times >= LEAST_REPEATED && share(*times) >= LEAST_SHARE && share(*times) <= LARGEST_SHARE
+    runs.retain(|(value, times)| {
+        // Whoever marks what was not measured takes what no reflectance is: nothing, less, or far more than all others.
+        let is_odd = *value <= 0.0 || Some(*value) == apart;
+        is_odd && *times >= LEAST_REPEATED && share(*times) >= LEAST_SHARE && share(*times) <= LARGEST_SHARE
     });
     runs.sort_by_key(|(_, times)| std::cmp::Reverse(*times));
     runs.into_iter().take(CANDIDATES).map(|(value, _)| value).collect()
