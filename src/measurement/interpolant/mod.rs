@@ -238,7 +238,7 @@ mod tests {
     fn channels_with_gaps_are_interpolated_apart() {
         let grid = Directions::Grid {
             grid: HalfDifferenceGrid::merl_centers(),
-            cells: (0..40_000).map(|k| 7 + 29 * k).collect(),
+            cells: (200_000..240_000).collect(),
         };
         let asked = scattered_directions(500, 80.0, 4);
         for directions in [Directions::Scattered(scattered_directions(600, 80.0, 3)), grid] {
@@ -257,9 +257,7 @@ mod tests {
             let [found, first, second] = [&all, &first, &second].map(|interpolant| interpolant.at(&asked));
             assert_eq!((&found.values[0], &found.values[1]), (&first.values[0], &second.values[0]));
             assert!(found.values[2].iter().all(|f| f.is_nan()) && !found.covered.contains(&true));
-            // None of these cells has a neighbour to be compared with.
-            let error = all.leave_out_error(LeftOut::Sample);
-            assert!(directions.is_grid() || error.is_some_and(|error| error.median.is_finite()));
+            assert!(all.leave_out_error(LeftOut::Sample).is_some_and(|error| error.median.is_finite()));
 
             let two = Interpolant::new(&measured(directions.clone(), vec![gaps, whole]));
             let covered = two.at(&asked).covered;
