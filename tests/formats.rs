@@ -6,6 +6,7 @@ mod alta;
 mod dialects;
 #[cfg(feature = "images")]
 mod exr_slice;
+mod merl_like;
 mod npz;
 mod published_tables;
 

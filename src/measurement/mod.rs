@@ -20,6 +20,7 @@ mod remark;
 mod repeated_values;
 mod retain;
 mod samples;
+mod table_fault;
 
 pub use continuous::Continuous;
 pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
@@ -34,10 +35,11 @@ pub use interpolant::Interpolant;
 pub use known::KnownSamples;
 #[doc(hidden)]
 pub use predicted::Predicted;
-pub use remark::Remark;
+pub use remark::{Remark, TablePart};
 #[doc(hidden)]
 pub use samples::checked_max_theta;
 pub use samples::{Filters, Samples, Weighting};
+pub use table_fault::{TableAxis, TableFault};
 
 use crate::error::{OptionName, excerpt};
 use crate::geometry::Directions;
@@ -146,6 +148,8 @@ pub enum Doubt {
         /// What the neighbours say in the first of them, the median.
         predicted: f64,
     },
+    /// A half/difference table seems to have another layout than its format prescribes.
+    SuspiciousTable(TableFault),
 }
 
 impl Doubt {
@@ -154,7 +158,7 @@ impl Doubt {
     pub fn suggestion(&self) -> Option<(OptionName, String)> {
         Some(match self {
             Self::SuspiciousAngles { .. } => (OptionName::Angles, "radians".to_owned()),
-            Self::DeadChannel { .. } => return None,
+            Self::DeadChannel { .. } | Self::SuspiciousTable(_) => return None,
             Self::NotReflectance { what, .. } => {
                 let value = match *what {
                     "per cent" => "percent",
@@ -213,6 +217,7 @@ impl fmt::Display for Doubt {
                 "channel {channel} is {value:.6} at all {samples} samples while others vary, as if its detector were dead: in a \
                  fit it has no say in what the channels share, and its own parameters have no standard errors"
             ),
+            Self::SuspiciousTable(fault) => fault.fmt(f),
         }
     }
 }

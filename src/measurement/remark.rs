@@ -35,11 +35,30 @@ pub enum Remark {
         /// What was made of them, in words.
         what: String,
     },
+    /// The numbers of a MERL table are 32-bit floats.
+    SinglePrecision,
+    /// Something in a MERL table is big-endian.
+    BigEndian {
+        /// What is.
+        part: TablePart,
+    },
     /// The file fixes some of the four angles, or leaves them open.
     Assumed {
         /// What was assumed, in words.
         what: String,
     },
+}
+
+/// A part of a table's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TablePart {
+    /// The dimensions at its beginning.
+    Header,
+    /// The numbers after them.
+    Numbers,
+    /// Both.
+    Whole,
 }
 
 impl fmt::Display for Remark {
@@ -63,6 +82,20 @@ impl fmt::Display for Remark {
                 write!(f, "the file defines f at all directions; samples were drawn on {grid}")
             }
             Self::Columns { what } => write!(f, "table: {what}"),
+            Self::SinglePrecision => {
+                write!(
+                    f,
+                    "the file's numbers are 32-bit floats, not the 64-bit floats of MERL: they were read as such"
+                )
+            }
+            Self::BigEndian { part } => {
+                let part = match part {
+                    TablePart::Header => "the file's header is",
+                    TablePart::Numbers => "the file's numbers are",
+                    TablePart::Whole => "the file's header and numbers are",
+                };
+                write!(f, "{part} big-endian, not little-endian as in MERL: the bytes were swapped")
+            }
             Self::Assumed { what } => write!(f, "{what}"),
         }
     }

@@ -146,7 +146,7 @@ named! {
     Unit (symbol): One Degrees UnscaledMerl;
     WarningKind (name): AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
         LossDiscards Misfit NotIdentifiable NotReflectance NotUsable Polarised RepeatedValue Resampling Saturated StrengthAboveOne
-        SuspiciousAngles TargetMissed TiedStarts WorthFreeing;
+        SuspiciousAngles SuspiciousTable TargetMissed TiedStarts WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;
 }
 

@@ -195,6 +195,7 @@ fn bad_merl_files_are_refused() {
     };
     let whole = 12 + 3 * 8 * CELLS;
     assert_eq!(whole, 34_992_012); // the size of the files of the MERL database
+    let floats = 12 + 3 * 4 * CELLS;
     let dimensions = |d: [i32; 3]| [merl_header(d), vec![0; 1000]].concat();
     let cases: Vec<(&str, Vec<u8>, &[&str])> = vec![
         ("empty", vec![], &["expected", "empty file"]),
@@ -204,6 +205,16 @@ fn bad_merl_files_are_refused() {
         ("a few cells", cut(1000), &["byte 1000", "34992012 bytes", "found 1000"]),
         ("one byte short", cut(whole - 1), &["byte 34992011", "34992012 bytes", "found 34992011"]),
         ("one byte long", cut(whole + 1), &["byte 34992012", "34992012 bytes", "found 34992013"]),
+        (
+            "one byte short of 32-bit floats",
+            cut(floats - 1),
+            &["byte 17496011", "17496012", "found 17496011 (truncated)"],
+        ),
+        (
+            "one byte more than 32-bit floats",
+            cut(floats + 1),
+            &["byte 17496013", "17496012", "found 17496013 (truncated)"],
+        ),
         ("wrong dimensions", dimensions([90, 90, 360]), &["byte 0", "90 x 90 x 180", "90 x 90 x 360"]),
         ("dimensions in another order", dimensions([180, 90, 90]), &["byte 0", "found 180 x 90 x 90"]),
         ("zero dimensions", dimensions([0, 0, 0]), &["byte 0", "found 0 x 0 x 0"]),
@@ -211,9 +222,9 @@ fn bad_merl_files_are_refused() {
         ("huge dimensions", huge, &["byte 0", "90 x 90 x 180", "found 2147483647 x"]),
         ("dimensions whose product overflows to 0", dimensions([1 << 30, 4, 16]), &["byte 0", "found"]),
         (
-            "big-endian",
+            "big-endian header alone",
             [90_i32, 90, 180].map(i32::to_be_bytes).concat(),
-            &["byte 0", "expected the dimensions 90 x 90 x 180", "found"],
+            &["byte 12", "34992012 bytes", "17496012 with 32-bit floats", "found 12"],
         ),
         ("text", GOOD.replace("theta", "x").into(), &["expected", "found"]),
         ("nothing measured", merl_filled(-1.0), &["no usable sample", "1458000 not-measured"]),

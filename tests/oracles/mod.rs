@@ -272,11 +272,27 @@ pub fn exr(bytes: &[u8]) {
     }
 }
 
-/// MERL tables. No case is as long as one, so all must be refused; the cells are tested beside their reader.
+/// MERL tables. No case is as long as one, of 64-bit or of 32-bit floats, so all must be refused: by their length if they begin with the
+/// dimensions in either byte order, or else by their beginning. The numbers are tested beside their reader and in formats/merl.rs.
 pub fn merl(bytes: &[u8]) {
+    // 90, 90, 180, with the least or the most significant byte first.
+    let little = [90, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0];
+    let mut big = little;
+    big.chunks_mut(4).for_each(<[u8]>::reverse);
+    let is_table = [little, big].iter().any(|header| bytes.starts_with(header));
+    let (place, found) = if is_table {
+        (format!("byte {}:", bytes.len()), format!("found {} (truncated)", bytes.len()))
+    } else {
+        ("byte 0:".to_owned(), "expected the dimensions 90 x 90 x 180".to_owned())
+    };
     for merl_bins in [BinPosition::Center, BinPosition::Edge] {
         let error = read_file(file(bytes), Some("merl"), &ReadOptions::new().with_merl_bins(merl_bins));
-        check_refusal(&error.expect_err("shorter than a table"));
+        let error = error.expect_err("shorter than a table");
+        check_refusal(&error);
+        let message = error.to_string();
+        // What is unpacked has another length, and may begin with anything.
+        let is_packed = bytes.starts_with(&[0x1f, 0x8b]);
+        assert!(is_packed || message.contains(&place) && message.contains(&found), "{message}");
     }
 }
 

@@ -393,23 +393,21 @@ fn angle(parsed: &Parsed) -> Option<Role> {
 
 /// The standard deviations that a name stands for.
 fn deviation(parsed: &Parsed, name: &str) -> Option<Role> {
+    // What this project writes means what it says, whatever the channel is called.
+    if name == "sigma" || name.strip_prefix("sigma_").is_some_and(|of| !of.is_empty()) {
+        return Some(exact_role(name));
+    }
     let lower = name.to_lowercase();
     let squeezed: String = lower.chars().filter(|c| !c.is_whitespace()).collect();
     let expanded = ["k=2", "2sigma", "2-sigma", "2σ"].iter().any(|mark| squeezed.contains(mark));
     let per_cent = matches!(parsed.unit.as_deref(), Some("%" | "percent" | "per cent"));
     let relative = per_cent || parsed.has(&["rel", "relative"]);
     let factor = if per_cent { 0.01 } else { 1.0 } * if expanded { 0.5 } else { 1.0 };
-    let found = |of: Option<&str>, certain| {
+    let found = |of: Option<&str>| {
         let of = of.map(|of| of.trim_matches(|c: char| " _-.()[]".contains(c)).to_owned());
         let of = of.filter(|of| !of.is_empty());
-        Some(Role::Deviation(Deviation { of, certain, factor, relative }))
+        Some(Role::Deviation(Deviation { of, certain: false, factor, relative }))
     };
-    if name == "sigma" {
-        return found(None, true);
-    }
-    if let Some(of) = name.strip_prefix("sigma_").filter(|of| !of.is_empty()) {
-        return Some(Role::Deviation(Deviation { of: Some(of.to_owned()), certain: true, factor, relative }));
-    }
     let filler = [
         "rel",
         "relative",
@@ -426,10 +424,10 @@ fn deviation(parsed: &Parsed, name: &str) -> Option<Role> {
     let meant: Vec<&str> =
         parsed.words.iter().map(String::as_str).filter(|word| !filler.contains(word)).collect();
     if DEVIATION.contains(&parsed.glued().as_str()) || meant == ["deviation"] {
-        return found(None, false);
+        return found(None);
     }
     match meant.as_slice() {
-        [only] if DEVIATION.contains(only) => return found(None, false),
+        [only] if DEVIATION.contains(only) => return found(None),
         _ => {}
     }
     let separators = |c: char| "_ -.(".contains(c);
@@ -438,11 +436,11 @@ fn deviation(parsed: &Parsed, name: &str) -> Option<Role> {
     // A name in brackets at the end is the channel: u(r).
     if let Some(inside) = parsed.unit.as_deref().filter(|unit| is(base) && !is_unit(unit)) {
         let of = name.rsplit_once(['(', '[']).map_or(inside, |(_, of)| of);
-        return found(Some(of), false);
+        return found(Some(of));
     }
     let first = base.split_once(separators).filter(|(word, _)| is(word)).map(|(_, of)| of);
     let last = || base.rsplit_once(separators).filter(|(_, word)| is(word)).map(|(of, _)| of);
-    first.or_else(last).and_then(|of| found(Some(of), false))
+    first.or_else(last).and_then(|of| found(Some(of)))
 }
 
 /// The wavelength in a name, nanometres: a number before nanometres or micrometres, which may stand in brackets.

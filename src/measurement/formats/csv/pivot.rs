@@ -30,6 +30,9 @@ pub(super) fn by_wavelength(
     wavelengths: &[f64],
     columns: &[Channel],
 ) -> Result<Measurement, (String, String)> {
+    if wavelengths.is_empty() {
+        return Ok(rows.measurement(columns.to_vec()));
+    }
     let mut sorted = wavelengths.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.dedup();
