@@ -141,7 +141,7 @@ impl Probe {
             return Some(TableFault::LinearThetaH);
         }
         let clear = cells.below() <= FILLED_BELOW && stated.below() >= cells.below() + MORE_BELOW;
-        if !is_exact && !(clear && cells.above() >= FILLED_ABOVE) {
+        if !(is_exact || clear && cells.above() >= FILLED_ABOVE) {
             return None;
         }
         let exchanged = agreement(&order.exchanged());
