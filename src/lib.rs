@@ -91,7 +91,7 @@
 //! |---|---|
 //! | `cli` | the program `brdfit` |
 //! | `images` | images as EXR and PNG, environment maps in scenes |
-//! | `plot` | the plot of `brdfit tradeoff` |
+//! | `plot` | figures as SVG and PNG; turns on `images` |
 //! | `solvers` | L-BFGS, Nelder-Mead and a particle swarm beside Levenberg-Marquardt |
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
@@ -113,6 +113,9 @@ pub mod synthetic;
 pub mod drawdown;
 #[doc(hidden)]
 pub mod export;
+#[cfg(feature = "plot")]
+#[doc(hidden)]
+pub mod figure;
 #[doc(hidden)]
 pub mod health;
 #[doc(hidden)]

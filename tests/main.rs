@@ -14,6 +14,8 @@ mod derivatives;
 #[cfg(feature = "cli")]
 mod doubt;
 mod extremes;
+#[cfg(feature = "plot")]
+mod figure;
 mod formats;
 mod health;
 mod heightfield;

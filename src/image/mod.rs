@@ -9,6 +9,7 @@
 )]
 
 mod colour;
+mod colour_maps;
 mod difference;
 mod primaries;
 mod target;
@@ -16,11 +17,14 @@ mod target;
 mod write;
 
 pub use colour::{Illuminant, Route, ToRgb, luminance};
+pub use colour_maps::{ColourMap, VIK, VIRIDIS};
 pub use difference::{
     DeltaE2000, Differences, absolute_difference, ciede2000, delta_e_2000, differences, exposure, lab,
 };
 pub use primaries::{PRIMARIES, Primaries, REC709};
 pub(crate) use target::ColourTarget;
+#[cfg(feature = "plot")]
+pub(crate) use write::decode;
 #[cfg(feature = "images")]
 pub use write::{exr, false_colour, png, side_by_side};
 

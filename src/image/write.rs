@@ -1,9 +1,10 @@
 //! Encodes images as files: EXR holds radiance, PNG what a screen shows of it.
 
 use super::Image;
+use super::colour_maps::VIRIDIS;
 use super::difference::clip;
 use crate::error::Error;
-use crate::math::{Real as _, count};
+
 use exr::prelude::{
     AttributeValue, Compression, Encoding, Image as ExrImage, Layer, LayerAttributes, LineOrder,
     SpecificChannels, Text, WritableImage,
@@ -98,13 +99,8 @@ pub fn side_by_side(images: &[&Image]) -> Result<Image, Error> {
     Image::new(width, height, pixels)
 }
 
-/// Colours of the map from 0 to its top, sRGB: dark violet, blue, teal, green and yellow, with evenly increasing lightness
-/// (five points of viridis, by van der Walt and Smith 2015).
-const MAP: [[f64; 3]; 5] =
-    [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
-
-/// Makes a false-colour image of values, to be shown at exposure 1: violet at 0, yellow at `top` and above, black outside
-/// the mask.
+/// Makes a false-colour image of values, to be shown at exposure 1, in the colours of [`VIRIDIS`]: violet at 0, yellow at `top` and
+/// above, black outside the mask.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the number of values does not match.
@@ -116,12 +112,9 @@ pub fn false_colour(
     top: f64,
 ) -> Result<Image, Error> {
     let colour = |value: f64| {
-        // Position along the map; NaN has the colour of 0.
-        let t = if top > 0.0 && value > 0.0 { clip(value / top) } else { 0.0 } * count(MAP.len() - 1);
-        let low = t.whole().min(MAP.len() - 2);
-        let along = t - count(low);
-        let (a, b) = (MAP[low], MAP[low + 1]);
-        [0, 1, 2].map(|c| decode((a[c] + (b[c] - a[c]) * along) / 255.0))
+        // NaN has the colour of 0.
+        let t = if top > 0.0 && value > 0.0 { value / top } else { 0.0 };
+        VIRIDIS.at(t).map(|value| decode(value / 255.0))
     };
     let pixels = values.iter().zip(mask).map(|(value, is)| if *is { colour(*value) } else { [0.0; 3] });
     Image::new(width, height, pixels.collect())
@@ -133,8 +126,8 @@ fn encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// The inverse of `encode`.
-fn decode(encoded: f64) -> f64 {
+/// The inverse of `encode`: from sRGB 0..1 to linear 0..1.
+pub(crate) fn decode(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
@@ -153,6 +146,7 @@ fn single(value: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::count;
 
     fn ramp(width: usize, height: usize) -> Image {
         let pixels = (0..width * height).map(|i| {

@@ -6,7 +6,7 @@ use super::open::ParameterStatus;
 use super::record::{Report, Reports, SCHEMA, SCHEMA_SEVERAL};
 use crate::error::{Error, NameKind, Place, excerpt, short};
 use crate::geometry::Azimuths;
-use crate::model::{Expression, STRENGTH, Sharing};
+use crate::model::{Expression, LobeValues, STRENGTH, Sharing};
 use crate::parameters::{
     ParameterRow, ParameterTable, Selector, Setting, Settings, Status, applies, channel_suffix,
 };
@@ -33,6 +33,29 @@ struct Kept {
 }
 
 impl Recorded {
+    /// The model of a report that was not read from a file.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if the report does not match its model.
+    pub fn of(report: Report) -> Result<Self, Error> {
+        recorded(report, Path::new("report"))
+    }
+
+    /// The values of the model by channel and lobe, in formula units, for `channels` in their order. An error calls the report `path`.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if the report lacks one of the channels.
+    pub fn values_in(&self, channels: &[String], path: &Path) -> Result<Vec<Vec<LobeValues>>, Error> {
+        let known = self.table.channels();
+        let place = |name: &String| {
+            known.iter().position(|other| other == name).ok_or_else(|| {
+                let expected = format!("a report with the channel {name} of the measurement");
+                Error::malformed(path, Place::File, expected, known.join(", "))
+            })
+        };
+        channels.iter().map(|name| Ok(self.table.formula_values(place(name)?))).collect()
+    }
+
     /// The same model with other values and bounds of some parameters, by settings of the kinds `Set` and `Bounds`.
     ///
     /// # Errors

@@ -10,15 +10,11 @@
 
 mod cost;
 mod ladder;
-#[cfg(feature = "plot")]
-mod plot;
 mod text;
 
 pub use cost::{BasisCost, Cost, Nanoseconds, Spread, basis_cost};
 pub(crate) use cost::{counted, in_single_precision};
 pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
-#[cfg(feature = "plot")]
-pub use plot::svg;
 pub use text::{csv, table};
 
 use crate::error::Error;

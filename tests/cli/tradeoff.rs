@@ -104,7 +104,9 @@ fn the_ladder_shows_what_the_data_were_made_of() {
     assert_eq!(csv.lines().count(), 1 + models.len());
     let svg = folder.read("a.svg");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
-    assert_eq!(svg.matches("<circle").count(), models.iter().filter(|m| m["usable"] == true).count());
+    // A point for every model, and its mark in the legend.
+    let usable = models.iter().filter(|m| m["usable"] == true).count();
+    assert_eq!(svg.matches("<circle").count(), 2 * usable);
     assert!(done.stdout.contains("* no model has both a lower cost and a smaller error"));
 }
 

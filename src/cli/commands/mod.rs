@@ -11,6 +11,7 @@ mod fit_outputs;
 mod info;
 mod kubelka_munk;
 mod models;
+mod plot;
 mod read_ahead;
 mod render;
 mod select;
@@ -58,6 +59,8 @@ subcommands! {
     Tradeoff: tradeoff,
     /// Render a measurement, and a fit beside it
     Render: render,
+    /// Draw a figure of a measurement and its fits for a publication
+    Plot: plot,
     /// Find the cheapest model that a scene cannot tell from the measurement
     Select: select,
     /// Make a synthetic measurement

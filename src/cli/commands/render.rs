@@ -6,14 +6,12 @@ use crate::cli::options::recorded::{check_measurement, measurement_of, report};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json, spares};
 use brdfit::Error;
-use brdfit::error::Place;
 use brdfit::image::{Image, ToRgb, absolute_difference, exr, png, side_by_side};
 use brdfit::measurement::checked_max_theta;
-use brdfit::report::Recorded;
 use brdfit::scene::Scene;
 use brdfit::select::{ModelAt, render};
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `brdfit render`.
 #[derive(Args)]
@@ -71,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         Some(recorded) => measurement_of(read, input, measurement.as_deref(), &recorded.report, "")?,
     };
     let values =
-        recorded.as_ref().map(|recorded| values(recorded, &measured.channel_names(), input)).transpose()?;
+        recorded.as_ref().map(|recorded| recorded.values_in(&measured.channel_names(), input)).transpose()?;
     let model = recorded.as_ref().zip(values.as_ref());
     let model = model.map(|(recorded, values)| ModelAt { expression: &recorded.expression, values });
     let rendered = render(&measured, &scene, model, max_theta)?;
@@ -107,20 +105,4 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         ));
     }
     Ok(Outcome::Good)
-}
-
-/// The values of a report in the channels of a measurement, in its order.
-fn values(
-    recorded: &Recorded,
-    channels: &[String],
-    path: &Path,
-) -> Result<Vec<Vec<brdfit::model::LobeValues>>, Error> {
-    let known = recorded.table.channels();
-    let place = |name: &String| {
-        known.iter().position(|other| other == name).ok_or_else(|| {
-            let expected = format!("a report with the channel {name} of the measurement");
-            Error::malformed(path, Place::File, expected, known.join(", "))
-        })
-    };
-    channels.iter().map(|name| Ok(recorded.table.formula_values(place(name)?))).collect()
 }

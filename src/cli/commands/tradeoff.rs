@@ -8,9 +8,10 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json, spares};
 use crate::cli::progress::Bar;
 use brdfit::Error;
+use brdfit::figure::{Drawing, Width, of_tradeoff};
 use brdfit::fit::Options;
 use brdfit::model::Expression;
-use brdfit::tradeoff::{FIT_SAMPLES, Request, compare, csv, svg, table};
+use brdfit::tradeoff::{FIT_SAMPLES, Request, compare, csv, table};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -82,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         output.commit(&csv(&found)?)?;
     }
     if let Some(output) = plot {
-        output.commit(svg(&found)?.as_bytes())?;
+        output.commit(of_tradeoff(&found)?.svg(Drawing { width: Width::Two, caption: true })?.as_bytes())?;
     }
     // Usually some models of the ladder have no usable fit; the table marks them.
     let usable = found.models.iter().any(|entry| entry.usable);

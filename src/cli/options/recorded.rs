@@ -13,18 +13,7 @@ use std::path::Path;
 /// The model in a report. If the file has several reports, it is that of the first, the best of the ranking, with a remark. `None` if
 /// the file is not a report.
 pub fn report(path: &Path) -> Result<Option<Recorded>, Error> {
-    let mut file = File::open(path).map_err(Error::read(path))?;
-    // A pipe can be read only once, by the reader of measurements.
-    if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-        return Ok(None);
-    }
-    let mut bytes = Vec::new();
-    file.by_ref().take(4096).read_to_end(&mut bytes).map_err(Error::read(path))?;
-    if !is_report(&bytes) {
-        return Ok(None);
-    }
-    file.read_to_end(&mut bytes).map_err(Error::read(path))?;
-    let recorded = read(&bytes, path)?;
+    let Some(recorded) = reports(path)? else { return Ok(None) };
     let several = recorded.len();
     let Some(first) = recorded.into_iter().next() else {
         return Err(Error::malformed(path, Place::File, "a report", "none"));
@@ -38,6 +27,22 @@ pub fn report(path: &Path) -> Result<Option<Recorded>, Error> {
         ));
     }
     Ok(Some(first))
+}
+
+/// The models in a file of one report or several, the best of the ranking first. `None` if the file is not a report.
+pub fn reports(path: &Path) -> Result<Option<Vec<Recorded>>, Error> {
+    let mut file = File::open(path).map_err(Error::read(path))?;
+    // A pipe can be read only once, by the reader of measurements.
+    if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
+        return Ok(None);
+    }
+    let mut bytes = Vec::new();
+    file.by_ref().take(4096).read_to_end(&mut bytes).map_err(Error::read(path))?;
+    if !is_report(&bytes) {
+        return Ok(None);
+    }
+    file.read_to_end(&mut bytes).map_err(Error::read(path))?;
+    read(&bytes, path).map(Some)
 }
 
 /// The model in a file that must be a report.

@@ -167,7 +167,7 @@ impl<'a> ReflectanceProblem<'a> {
     /// The residuals at `x` by channel and sample, without the weights of the samples; NaN where nothing was measured, and none for
     /// channels that do not count.
     #[must_use]
-    pub(in crate::fit) fn residuals_of_channels(&self, x: &DVector<f64>) -> Vec<Vec<f64>> {
+    pub(crate) fn residuals_of_channels(&self, x: &DVector<f64>) -> Vec<Vec<f64>> {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
         let context = Context::new(self, &table, Pass::Model);

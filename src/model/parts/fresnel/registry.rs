@@ -31,9 +31,10 @@ macro_rules! fresnels {
             }
         }
 
-        #[cfg(test)]
         impl Fresnel {
-            pub(super) fn reflectance(self, shapes: &[f64], amplitudes: &[f64], mu: f64) -> f64 {
+            /// F at cosine `mu` of the difference angle. Shapes and amplitudes are in declared order, in formula units.
+            #[must_use]
+            pub fn reflectance(self, shapes: &[f64], amplitudes: &[f64], mu: f64) -> f64 {
                 let coefficients = self.coefficients(&mut Values::new(amplitudes));
                 match self { $(Self::$part => {
                     let constants = $module::$part::prepare(Values::new(shapes));
