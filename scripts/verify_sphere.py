@@ -96,9 +96,9 @@ def panel(path: Path, name: str) -> np.ndarray:
 
 def compare(brdfit: str, expression: str, values: dict[str, float], folder: Path) -> bool:
     """Whether the two renderings of a model agree."""
-    data, report, svg, table = (folder / name for name in ("m.csv", "m.json", "m.svg", "m-numbers.csv"))
+    data, report, svg, table = (folder / name for name in ("m.binary", "m.json", "m.svg", "m-numbers.csv"))
     given = [f"{name}={value}" for name, value in values.items()]
-    call([brdfit, "synth", "-m", expression, "--set", *given, "--directions", "4000", "--max-theta", "89.9", "-o", str(data)])
+    call([brdfit, "synth", "-m", expression, "--set", *given, "--grid", "merl", "-o", str(data)])
     call([brdfit, "evaluate", str(data), "-m", expression, "--set", *given, "-o", str(report), "-q"])
     call([brdfit, "plot", str(report), "--kind", "sphere", "-o", str(svg), "--data", str(table)])
     theirs = panel(table, "fit")
@@ -112,7 +112,7 @@ def compare(brdfit: str, expression: str, values: dict[str, float], folder: Path
     ours = np.zeros((theirs.shape[0] * theirs.shape[1], 3))
     ours[seen.pixel] = image
     ours = ours.reshape(theirs.shape)
-    # The program leaves black what no sample of the measurement surrounds, in the fit as well: the edge of the ball.
+    # The program leaves black what no sample of the measurement surrounds, in the fit as well.
     known = np.any(measured != 0, axis=2)
     off = np.abs(ours - theirs)[known]
     largest = off.max() / ours.max()
