@@ -5,8 +5,8 @@
 //! on the half/difference grid. Stored values times (1, 1.15, 1.66)/1500 are f in 1/sr. A negative cell
 //! was not measured.
 //!
-//! Tables of other programs may have 32-bit floats or big-endian numbers, which are read, too ([`numbers`]). Other layouts are read as MERL's
-//! and doubted ([`layout`]).
+//! Tables of other programs may have 32-bit floats or big-endian numbers, which are read, too (`numbers`). Other layouts are read as MERL's
+//! and doubted (`layout`).
 
 mod layout;
 mod numbers;
