@@ -78,7 +78,7 @@ fn number(x: f64) -> String {
     if x == 0.0 || (1e-5..1e15).contains(&size) { format!("{x}") } else { format!("{x:e}") }
 }
 
-fn add_curves(rows: &mut Vec<Vec<String>>, figure: &FigureData, name: &str, curves: &Curves) {
+fn add_curves(rows: &mut Vec<Vec<String>>, figure: &FigureData, panel: &Panel, name: &str, curves: &Curves) {
     let same_x = common(figure, |curves| column(&curves.x)).is_some();
     let mut add = |series: String, x: f64, rest: [String; 3]| {
         let mut row = vec![name.to_owned(), series];
