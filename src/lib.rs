@@ -91,6 +91,7 @@
 //! |---|---|
 //! | `cli` | the program `brdfit` |
 //! | `images` | images as EXR and PNG, environment maps in scenes |
+//! | `page` | reports as web pages with figures; turns on `plot` |
 //! | `plot` | figures as SVG and PNG; turns on `images` |
 //! | `solvers` | L-BFGS, Nelder-Mead and a particle swarm beside Levenberg-Marquardt |
 #![cfg_attr(test, allow(clippy::float_cmp))]
@@ -122,6 +123,9 @@ pub mod health;
 pub mod image;
 #[doc(hidden)]
 pub mod math;
+#[cfg(feature = "page")]
+#[doc(hidden)]
+pub mod page;
 #[doc(hidden)]
 pub mod scene;
 #[doc(hidden)]

@@ -78,7 +78,7 @@ fn curves(figure: &FigureData, panel: usize) -> &Curves {
 /// numbers.
 fn well_formed(figure: &FigureData) {
     for width in [Width::One, Width::Two] {
-        let drawing = Drawing { width, caption: true };
+        let drawing = Drawing { width, ..Drawing::default() };
         let svg = figure.svg(drawing).unwrap();
         assert_eq!(svg, figure.svg(drawing).unwrap());
         let ids: Vec<&str> = svg
@@ -388,6 +388,65 @@ fn a_sphere_is_linear_in_the_albedo() {
     }
 }
 
+/// The numbers of a figure, without its title and captions.
+fn numbers(figure: &FigureData) -> Vec<String> {
+    let csv = String::from_utf8(figure.csv().unwrap()).unwrap();
+    // Panels are called after the models only where there are several.
+    csv.lines().skip(1).map(|line| line.split_once(',').unwrap().1.to_owned()).collect()
+}
+
+/// Several models have a row of panels each, with the numbers that they have alone.
+#[test]
+fn several_models_have_rows_of_their_own() {
+    let measurement = measured("lambert", &[("kd", 0.4)], &["f"], &[10.0, 30.0, 50.0, 70.0], 0.02);
+    let models = ["lambert", "lambert + ward(shape=isotropic)", "oren-nayar"];
+    let fits: Vec<Subject> = models.iter().map(|model| subject(&measurement, model, Metric::L2)).collect();
+    for kind in ["map", "sphere"] {
+        let together = figure(kind, &fits);
+        let titles: Vec<String> = together.panels.iter().map(|panel| panel.title.to_string()).collect();
+        assert_eq!(titles.len(), 9);
+        assert_eq!(titles[3], "measured");
+        assert!(titles[1] == "fit A" && titles[8].ends_with(" C"), "{titles:?}");
+        let alone: Vec<String> =
+            fits.iter().flat_map(|fit| numbers(&figure(kind, std::slice::from_ref(fit)))).collect();
+        assert_eq!(numbers(&together), alone, "{kind}");
+        assert!(
+            models
+                .iter()
+                .all(|model| together.caption.to_string().contains(&model.replace("(shape=isotropic)", "")))
+        );
+    }
+}
+
+/// What was not measured is not drawn: a value that is NaN leaves the figures of the samples without it.
+#[test]
+fn a_missing_value_is_as_if_its_sample_were_not_there() {
+    let whole = measured("lambert", &[("kd", 0.4)], &["f"], &[10.0, 30.0, 50.0, 70.0], 0.05);
+    let is_missing = |k: usize| k % 7 == 3;
+    let row: Vec<f64> =
+        whole.values[0].iter().enumerate().map(|(k, f)| if is_missing(k) { f64::NAN } else { *f }).collect();
+    let kept: Vec<usize> = (0..row.len()).filter(|k| !is_missing(*k)).collect();
+    let with_holes = Measurement::new(whole.directions.clone(), [("f", row.clone())]).unwrap();
+    let without: Vec<f64> = kept.iter().map(|k| row[*k]).collect();
+    let without = Measurement::new(whole.directions.select(&kept), [("f", without)]).unwrap();
+    for kind in ["lobe", "map", "residuals", "sphere"] {
+        let of = |measurement: &Measurement| {
+            numbers(&figure(kind, &[subject(measurement, "lambert", Metric::L2)]))
+        };
+        let (holes, without) = (of(&with_holes), of(&without));
+        assert!(!holes.is_empty() && holes.iter().all(|line| !line.contains("NaN")), "{kind}");
+        // The models' values differ in their last digits, as sums in another order do.
+        let value =
+            |line: &String| -> Vec<f64> { line.split(',').filter_map(|cell| cell.parse().ok()).collect() };
+        assert_eq!(holes.len(), without.len(), "{kind}");
+        for (a, b) in holes.iter().zip(&without) {
+            for (a, b) in value(a).into_iter().zip(value(b)) {
+                assert!((a - b).abs() <= 1e-9 * a.abs().max(1e-3), "{kind}: {a} and {b}");
+            }
+        }
+    }
+}
+
 /// Gaps, a single angle of incidence, and one without a sample in the plane.
 #[test]
 fn a_measurement_may_lack_much() {
@@ -476,7 +535,11 @@ fn mistakes_are_errors() {
     let both = [fitted.clone(), fitted.clone()];
     assert!(message("fresnel", std::slice::from_ref(&fitted)).contains("a Fresnel term"));
     assert!(message("profile", std::slice::from_ref(&fitted)).contains("a shape that was fitted"));
-    assert!(message("map", &both).contains("one report or measurement"));
+    assert!(message("profile", &both).contains("one report or measurement"));
+    let other = measured("lambert", &[("kd", 0.3)], &["f"], &[10.0, 40.0], 0.01);
+    for kind in ["map", "sphere"] {
+        assert!(message(kind, &[alone(&measurement), alone(&other)]).contains("reports of one"), "{kind}");
+    }
     assert!(message("residuals", &[alone(&measurement)]).contains("a report of brdfit"));
     for kind in KINDS {
         assert!((kind.compute)(&[], &Wanted::default()).is_err(), "{}", kind.name);

@@ -2,7 +2,7 @@
 
 use brdfit::Error;
 use brdfit::error::OptionName;
-use brdfit::report::{Report, SuggestionRecord, WarningRecord, table};
+use brdfit::report::{Report, WarningRecord, table};
 use std::io::Write as _;
 
 /// The message of an error, with options spelled as on the command line.
@@ -45,11 +45,7 @@ pub fn show(report: &Report, as_table: bool, quiet: bool, one_of_several: bool) 
 
 /// The options that a warning suggests, as they are typed, such as ` (--fix cook-torrance.m=V)`.
 fn hint(warning: &WarningRecord) -> String {
-    let option = |SuggestionRecord { option, value }: &SuggestionRecord| {
-        let option = option.known().map_or_else(|| option.to_string(), typed);
-        if value.is_empty() { option } else { format!("{option} {value}") }
-    };
-    let options: Vec<String> = warning.suggestions.iter().map(option).collect();
+    let options = warning.options(typed);
     if options.is_empty() { String::new() } else { format!(" ({})", options.join(", ")) }
 }
 

@@ -4,9 +4,9 @@ use brdfit::progress::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal as _;
-use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 /// A line that shows the number of the current fit, its stage and cost, and the time left. It disappears at the end.
 pub struct Bar {
@@ -121,6 +121,52 @@ impl Progress for Bar {
 
     fn iteration(&self, iteration: u64, cost: f64) {
         self.change(|now| now.stage = format!("fitting, iteration {iteration}, cost {cost:.6e}"));
+    }
+}
+
+/// A progress line that appears only if the work takes long.
+pub struct Late {
+    path: PathBuf,
+    started: Instant,
+    bar: OnceLock<Bar>,
+}
+
+impl Late {
+    /// A line about the work on this file.
+    pub fn new(path: &Path) -> Self {
+        Self { path: path.to_owned(), started: Instant::now(), bar: OnceLock::new() }
+    }
+
+    /// The line, if it is time to show it.
+    fn bar(&self) -> Option<&Bar> {
+        const LONG: Duration = Duration::from_secs(2);
+        let begin = || {
+            let bar = Bar::new(1, false);
+            bar.begin(&self.path);
+            bar
+        };
+        (self.started.elapsed() > LONG).then(|| self.bar.get_or_init(begin))
+    }
+
+    /// Removes the line.
+    pub fn finish(&self) {
+        if let Some(bar) = self.bar.get() {
+            bar.finish();
+        }
+    }
+}
+
+impl Progress for Late {
+    fn stage(&self, name: &str) {
+        if let Some(bar) = self.bar() {
+            bar.stage(name);
+        }
+    }
+
+    fn iteration(&self, iteration: u64, cost: f64) {
+        if let Some(bar) = self.bar() {
+            bar.iteration(iteration, cost);
+        }
     }
 }
 

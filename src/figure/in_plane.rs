@@ -46,17 +46,19 @@ fn place(wi: [f64; 3], wo: [f64; 3]) -> Option<InPlane> {
     let [ix, iy, iz] = wi;
     let [ox, oy, oz] = wo;
     let sin_i = ix.hypot(iy);
-    let theta_i = sin_i.atan2(iz).to_degrees();
+    let near_normal = sin_i < NORMAL_DEG.to_radians().sin() && iz > 0.0;
     // The direction of the light along the surface.
-    let (x, y) = if theta_i < NORMAL_DEG { (-1.0, 0.0) } else { (ix / sin_i, iy / sin_i) };
-    let apart = (ox * y - oy * x).abs().min(1.0).asin().to_degrees();
-    let theta_o = -(ox * x + oy * y).atan2(oz).to_degrees();
-    let phi_i = if theta_i < NORMAL_DEG { 0.0 } else { iy.atan2(ix).to_degrees() };
-    (apart <= PLANE_DEG && iz > 0.0 && oz > 0.0).then_some(InPlane {
-        theta_i,
-        phi_i,
-        theta_o,
-        apart,
+    let (x, y) = if near_normal { (-1.0, 0.0) } else { (ix / sin_i, iy / sin_i) };
+    // Most directions of a full table are far from the plane: angles are for the others.
+    let sin_apart = (ox * y - oy * x).abs();
+    if sin_apart > PLANE_DEG.to_radians().sin() || iz <= 0.0 || oz <= 0.0 {
+        return None;
+    }
+    Some(InPlane {
+        theta_i: sin_i.atan2(iz).to_degrees(),
+        phi_i: if near_normal { 0.0 } else { iy.atan2(ix).to_degrees() },
+        theta_o: -(ox * x + oy * y).atan2(oz).to_degrees(),
+        apart: sin_apart.asin().to_degrees(),
         sample: 0,
     })
 }

@@ -20,6 +20,8 @@ pub struct Kind {
     pub summary: &'static str,
     /// What it is made from.
     pub needs: Needs,
+    /// What it does with several models.
+    pub several: Several,
     /// Whether it can also be a PNG of its panels.
     pub raster: bool,
     /// Computes the figure.
@@ -35,6 +37,19 @@ pub enum Needs {
     Both,
     /// A report.
     Report,
+}
+
+/// What a kind of figure does with several models.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Several {
+    /// It is made to compare them, and says little about one.
+    Needed,
+    /// Each has panels of its own.
+    Rows,
+    /// They share panels; of a single one, more is shown.
+    Overlaid,
+    /// It shows one model only.
+    Refused,
 }
 
 /// What a figure is about: a measurement, a fit, or both.
@@ -149,6 +164,47 @@ pub(super) fn only<'a>(subjects: &'a [Subject], kind: &str) -> Result<&'a Subjec
             Err(Error::invalid(kind.to_owned(), "one report or measurement", found))
         }
     }
+}
+
+/// The first of the subjects of a kind that compares models of one measurement.
+pub(super) fn of_one_measurement<'a>(
+    subjects: &'a [Subject],
+    kind: &'static str,
+) -> Result<&'a Subject, Error> {
+    let Some(first) = subjects.first() else {
+        return Err(Error::invalid(kind, "a report or a measurement", "none"));
+    };
+    match subjects.iter().find(|other| !same_measurement(first, other)) {
+        Some(other) => {
+            let found = format!("{} and {}", first.stem(), other.stem());
+            Err(Error::invalid(kind, "one measurement, or reports of one", found))
+        }
+        None => Ok(first),
+    }
+}
+
+/// Whether two subjects show the same measurement, read in the same way.
+pub(super) fn same_measurement(a: &Subject, b: &Subject) -> bool {
+    let bits = |rows: &[Vec<f64>]| rows.iter().flatten().map(|f| f.to_bits()).collect::<Vec<u64>>();
+    match (&a.measurement, &b.measurement) {
+        (Some(a), Some(b)) => {
+            let same_file = a.source.sha256 == b.source.sha256 && a.channels == b.channels;
+            Arc::ptr_eq(a, b) || (same_file && bits(&a.values) == bits(&b.values))
+        }
+        _ => false,
+    }
+}
+
+/// The letter of a model among several, counted from 0: A to Z, then A again.
+#[must_use]
+pub fn letter(k: usize) -> String {
+    let letter = u32::try_from(k % 26).ok().and_then(|k| char::from_u32(u32::from('A') + k));
+    letter.map(String::from).unwrap_or_default()
+}
+
+/// What panels and captions add to a word to say which of several models it is about; empty for a single one.
+pub(super) fn which(models: usize, k: usize) -> String {
+    if models > 1 { format!(" {}", letter(k)) } else { String::new() }
 }
 
 /// Names that tell subjects apart: by their models, or else by their data, or by both, or by their files.

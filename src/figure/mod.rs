@@ -20,8 +20,8 @@ pub use data::{
     Axes, Axis, Body, Colour, Curves, Dash, FigureData, Look, Map, Mark, MarkForm, Marker, Panel, Picture,
     Scale, Series,
 };
-pub use draw::{Drawing, Width};
-pub use kind::{Against, Kind, Needs, Subject, Wanted};
+pub use draw::{Drawing, IN_THE_DARK, Run, Width, runs};
+pub use kind::{Against, Kind, Needs, Several, Subject, Wanted, letter};
 pub use kinds::front::of_tradeoff;
 pub use registry::KINDS;
 pub use text::{Piece, Text};

@@ -7,7 +7,7 @@ use crate::parameters::{ParameterTable, Setting, Settings, channel_suffix};
 use crate::report::{Parameter, Recorded, Report};
 
 /// Refits use at most this many samples: the shape of a cost needs no more.
-pub(super) const MOST_SAMPLES: usize = 20_000;
+pub(super) const MOST_SAMPLES: usize = 5_000;
 
 /// The table of a report's parameters at their values, for the channels of its measurement.
 pub(super) fn problem_table(

@@ -6,8 +6,8 @@ use super::kinds::{convergence, fresnel, front, lobe, map, profile, residuals, s
 /// All kinds of figures.
 pub const KINDS: &[Kind] = &[
     lobe::KIND,
-    map::KIND,
     sphere::KIND,
+    map::KIND,
     residuals::KIND,
     profile::KIND,
     fresnel::KIND,

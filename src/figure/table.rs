@@ -1,6 +1,6 @@
 //! The numbers of a figure as CSV.
 
-use super::data::{Axis, Body, Curves, FigureData, Map, Panel, Picture, Scale};
+use super::data::{Axis, Body, Curves, FigureData, Map, Picture, Scale};
 use crate::error::Error;
 use crate::math::count;
 
@@ -19,7 +19,7 @@ impl FigureData {
                 title => title,
             };
             match &panel.body {
-                Body::Curves(curves) => add_curves(&mut rows, self, panel, &name, curves),
+                Body::Curves(curves) => add_curves(&mut rows, self, &name, curves),
                 Body::Map(map) => add_map(&mut rows, &name, map),
                 Body::Picture(picture) => add_picture(&mut rows, &name, picture),
             }
@@ -78,7 +78,7 @@ fn number(x: f64) -> String {
     if x == 0.0 || (1e-5..1e15).contains(&size) { format!("{x}") } else { format!("{x:e}") }
 }
 
-fn add_curves(rows: &mut Vec<Vec<String>>, figure: &FigureData, panel: &Panel, name: &str, curves: &Curves) {
+fn add_curves(rows: &mut Vec<Vec<String>>, figure: &FigureData, name: &str, curves: &Curves) {
     let same_x = common(figure, |curves| column(&curves.x)).is_some();
     let mut add = |series: String, x: f64, rest: [String; 3]| {
         let mut row = vec![name.to_owned(), series];
@@ -89,7 +89,6 @@ fn add_curves(rows: &mut Vec<Vec<String>>, figure: &FigureData, panel: &Panel, n
         row.extend(rest);
         rows.push(row);
     };
-    let _ = panel;
     for series in &curves.series {
         for (k, [x, y]) in series.points.iter().enumerate() {
             let ends = series.band.as_ref().and_then(|band| band.get(k));

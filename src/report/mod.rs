@@ -22,11 +22,13 @@ pub use record::{
     schema,
 };
 pub use text::table;
+#[cfg(feature = "page")]
+pub(crate) use text::{digits, full_name, misfit_in_words, or_dash, with_error};
 
 use crate::error::Error;
 use crate::fit::{Fit, Metric};
 use crate::measurement::Measurement;
-use crate::parameters::{ParameterRow, ParameterTable, Product, Status};
+use crate::parameters::{ParameterRow, Product, Status};
 use record::finite;
 use serde::Serialize;
 
@@ -163,10 +165,7 @@ impl Reports {
     /// otherwise by the error on the samples fitted.
     #[must_use]
     pub fn new(reports: Vec<Report>, failed: Vec<Failure>) -> Self {
-        let held_out: Option<Vec<f64>> = reports.iter().map(Report::held_out_error).collect();
-        let fitted = || reports.iter().map(Report::fitted_error).collect();
-        let criterion = if held_out.is_some() { Criterion::HeldOut } else { Criterion::Fitted };
-        let values = held_out.unwrap_or_else(fitted);
+        let (criterion, values) = compared(&reports.iter().collect::<Vec<_>>());
         let mut ranking: Vec<(usize, (&Report, f64))> = reports.iter().zip(values).enumerate().collect();
         let input = |report: &Report| reports.iter().position(|r| r.data.path == report.data.path);
         ranking.sort_by(|(_, (a, x)), (_, (b, y))| input(a).cmp(&input(b)).then(x.total_cmp(y)));
@@ -178,6 +177,16 @@ impl Reports {
             })
             .collect();
         Self { schema: SCHEMA_SEVERAL.into(), ranking, reports, failed }
+    }
+}
+
+/// What ranks reports, and its value for each: the error on the samples held out, if all reports have one, and otherwise the error on
+/// the samples fitted.
+pub(crate) fn compared(reports: &[&Report]) -> (fn(Metric) -> Criterion, Vec<f64>) {
+    let held_out: Option<Vec<f64>> = reports.iter().map(|report| report.held_out_error()).collect();
+    match held_out {
+        Some(errors) => (Criterion::HeldOut, errors),
+        None => (Criterion::Fitted, reports.iter().map(|report| report.fitted_error()).collect()),
     }
 }
 
@@ -242,11 +251,7 @@ fn correlation(fit: &Fit) -> Option<Correlation> {
     }
     let entry = |a: usize| covariance.rows.iter().map(|b| covariance.correlation(a, *b)).collect();
     Some(Correlation {
-        parameters: covariance.rows.iter().map(|row| full_name(&fit.table, *row)).collect(),
+        parameters: covariance.rows.iter().map(|row| fit.table.name(*row)).collect(),
         matrix: covariance.rows.iter().map(|row| entry(*row)).collect(),
     })
-}
-
-fn full_name(table: &ParameterTable, row: usize) -> String {
-    table.name(row)
 }

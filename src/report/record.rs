@@ -163,6 +163,15 @@ pub struct Parameter {
     pub status: Open<ParameterStatus>,
 }
 
+impl Parameter {
+    /// Whether the fit moved it, be it to a bound.
+    #[must_use]
+    pub fn was_fitted(&self) -> bool {
+        let status = self.status.known();
+        matches!(status, Some(ParameterStatus::Free | ParameterStatus::AtLower | ParameterStatus::AtUpper))
+    }
+}
+
 impl From<FittedParameter> for Parameter {
     fn from(p: FittedParameter) -> Self {
         Self {
@@ -495,6 +504,18 @@ impl From<&Warning> for WarningRecord {
                 .map(|Suggestion { option, value }| SuggestionRecord { option: option.into(), value })
                 .collect(),
         }
+    }
+}
+
+impl WarningRecord {
+    /// The options that it suggests, as `typed` spells them, such as `--fix cook-torrance.m=V`.
+    #[must_use]
+    pub fn options(&self, typed: impl Fn(OptionName) -> String) -> Vec<String> {
+        let option = |SuggestionRecord { option, value }: &SuggestionRecord| {
+            let option = option.known().map_or_else(|| option.to_string(), &typed);
+            if value.is_empty() { option } else { format!("{option} {value}") }
+        };
+        self.suggestions.iter().map(option).collect()
     }
 }
 

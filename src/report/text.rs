@@ -64,7 +64,7 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     )
 }
 
-fn full_name(base: &str, channel: Option<&str>) -> String {
+pub(crate) fn full_name(base: &str, channel: Option<&str>) -> String {
     match channel {
         None => base.to_owned(),
         Some(channel) => format!("{base}{}", crate::parameters::channel_suffix(channel)),
@@ -72,7 +72,7 @@ fn full_name(base: &str, channel: Option<&str>) -> String {
 }
 
 /// A value +/- its error (percent), with the value to the second digit of the error.
-fn with_error(value: f64, error: Option<f64>, unit: &str) -> String {
+pub(crate) fn with_error(value: f64, error: Option<f64>, unit: &str) -> String {
     let Some(error) = error.filter(|e| *e > 0.0) else { return format!("{}{unit}", significant(value)) };
     let percent = 100.0 * (error / value).abs();
     let percent = if percent.is_finite() { format!(" ({} %)", digits(percent, 2)) } else { String::new() };
@@ -92,7 +92,7 @@ fn significant(value: f64) -> String {
 }
 
 /// A number with `kept` significant digits, in plain or scientific notation.
-fn digits(value: f64, kept: usize) -> String {
+pub(crate) fn digits(value: f64, kept: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
@@ -155,7 +155,7 @@ fn correlations(text: &mut String, report: &Report) -> std::fmt::Result {
 }
 
 /// A number to four digits, or a dash if it is unknown.
-fn or_dash(value: Option<f64>) -> String {
+pub(crate) fn or_dash(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| digits(value, 4))
 }
 
@@ -174,7 +174,7 @@ fn angles(degrees: &[[f64; 2]]) -> String {
 }
 
 /// How far the model is from the data, in a line.
-fn misfit_in_words(misfit: &MisfitRecord) -> String {
+pub(crate) fn misfit_in_words(misfit: &MisfitRecord) -> String {
     let noise = misfit.noise.as_ref().and_then(Open::known);
     let what = match (misfit.ratio, noise) {
         (Some(ratio), Some(source)) => format!("{} times the noise of the data ({source})", digits(ratio, 3)),

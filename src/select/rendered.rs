@@ -1,4 +1,4 @@
-//! Renders a measurement, and a model at given values beside it.
+//! Renders a measurement, and models at given values beside it.
 
 use super::studio::{Precision, Studio, Values};
 use crate::error::{Error, Place};
@@ -17,20 +17,20 @@ pub struct ModelAt<'a> {
     pub values: &'a Values,
 }
 
-/// The images of a measurement and of a model in the same scene.
+/// The images of a measurement and of models in the same scene.
 #[derive(Clone, Debug)]
 pub struct Rendered {
     /// The image that the measurement makes; black where it has no data.
     pub measured: Image,
-    /// The image that the model makes, and its differences from the measured one; `None` without a model.
-    pub fitted: Option<(Image, Differences)>,
-    /// The factor that makes the 99th percentile of the measured image's luminance 1.
+    /// The image that each model makes, and its differences from the measured one.
+    pub fitted: Vec<(Image, Differences)>,
+    /// The factor that makes the 99th percentile of the luminance of the measured image's lit pixels 1.
     pub exposure: f64,
     /// How red, green and blue were found.
     pub colour: Route,
 }
 
-/// Renders a measurement in a scene, and a model whose channels are those of the measurement.
+/// Renders a measurement in a scene, and models whose channels are those of the measurement.
 ///
 /// # Errors
 /// [`Error::Malformed`] for a scene in which nothing is visible for which the measurement has data; [`Error::Invalid`] for an image that
@@ -38,7 +38,7 @@ pub struct Rendered {
 pub fn render(
     measurement: &Measurement,
     scene: &Scene,
-    model: Option<ModelAt<'_>>,
+    models: &[ModelAt<'_>],
     max_theta_deg: f64,
 ) -> Result<Rendered, Error> {
     let colour = ToRgb::new(&measurement.channels);
@@ -52,11 +52,20 @@ pub fn render(
         let expected = "a scene that shows directions of the measurement";
         return Err(Error::malformed(scene.path(), Place::File, expected, found));
     }
-    let exposure = crate::image::exposure(&studio.measured, &studio.compared)?;
-    let fitted = model.map(|model| {
+    // Where little is known most of what can be compared may be dark, and the rest of the picture would be white.
+    let is_lit = |pixel: &[f64; 3]| pixel.iter().any(|value| *value > 0.0);
+    let lit: Vec<bool> = studio.measured.pixels.iter().map(is_lit).collect();
+    let shown = if lit.contains(&true) { &lit } else { &studio.compared };
+    let exposure = crate::image::exposure(&studio.measured, shown)?;
+    let fitted = models.iter().map(|model| {
         // Converting values of f to colours is linear, so that it may come after the model.
         let rows = studio.rows(model.expression, model.values, Precision::Double);
         studio.compare(&colour.rows(rows, coloured.channels.len()))
     });
-    Ok(Rendered { fitted: fitted.transpose()?, measured: studio.measured, exposure, colour: colour.route })
+    Ok(Rendered {
+        fitted: fitted.collect::<Result<_, _>>()?,
+        measured: studio.measured,
+        exposure,
+        colour: colour.route,
+    })
 }

@@ -13,6 +13,7 @@ mod input;
 mod kubelka_munk;
 mod missing;
 mod models;
+mod page;
 mod plot;
 mod reading;
 mod render;

@@ -102,7 +102,7 @@ fn what_cannot_be_drawn_is_refused_in_one_line() {
             refused("no such kind", "plot a.json --kind pie -o x.svg", &["pie"]),
             refused("no output", "plot a.json --kind lobe", &["--output"]),
             refused("another ending", "plot a.json --kind lobe -o x.pdf", &["x.pdf", ".svg"]),
-            refused("lines as a raster", "plot a.json --kind lobe -o x.png", &["x.png", "map and sphere"]),
+            refused("lines as a raster", "plot a.json --kind lobe -o x.png", &["x.png", "sphere and map"]),
             refused("no such file", "plot none.json --kind lobe -o x.svg", &["none.json"]),
             refused("gone", "plot gone.json --kind lobe -o x.svg", &["elsewhere.csv", "--measurement"]),
             refused("no report", "plot a.csv --kind residuals -o x.svg", &["a.csv", "a report of brdfit"]),
@@ -112,7 +112,11 @@ fn what_cannot_be_drawn_is_refused_in_one_line() {
                 "plot a.csv --kind lobe --measurement a.csv -o x.svg",
                 &["--measurement"],
             ),
-            refused("two maps", "plot a.json two.json --kind map -o x.svg", &["map", "one report"]),
+            refused(
+                "two profiles",
+                "plot a.json two.json --kind profile -o x.svg",
+                &["profile", "one report"],
+            ),
             refused(
                 "below the horizon",
                 "plot a.json --kind lobe --theta-i 90 -o x.svg",

@@ -14,6 +14,7 @@ mod models;
 mod plot;
 mod read_ahead;
 mod render;
+mod report;
 mod select;
 mod synth;
 mod tradeoff;
@@ -61,6 +62,8 @@ subcommands! {
     Render: render,
     /// Draw a figure of a measurement and its fits for a publication
     Plot: plot,
+    /// Make a web page about fits, with every figure in it
+    Report: report,
     /// Find the cheapest model that a scene cannot tell from the measurement
     Select: select,
     /// Make a synthetic measurement

@@ -2,21 +2,19 @@
 
 use crate::cli::messages::remark;
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
-use crate::cli::options::recorded::{check_measurement, measurement_of, reports};
+use crate::cli::options::recorded::{Measurements, check_measurement, measurement_of, reports};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, spares};
-use crate::cli::progress::Bar;
+use crate::cli::progress::Late;
 use brdfit::Error;
 use brdfit::figure::{Against, Axes, Drawing, KINDS, Kind, Needs, Scale, Subject, Wanted, Width};
-use brdfit::measurement::Measurement;
 use brdfit::progress::Progress;
 use brdfit::report::Recorded;
 use brdfit::scene::Scene;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
 
 /// Arguments of `brdfit plot`.
 #[derive(Args)]
@@ -137,7 +135,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let bytes = if is_png {
         figure.png()?
     } else {
-        figure.svg(Drawing { width, caption: !arguments.no_caption })?.into_bytes()
+        figure.svg(Drawing { width, caption: !arguments.no_caption, ..Drawing::default() })?.into_bytes()
     };
     let numbers = table.is_some().then(|| figure.csv()).transpose()?;
     file.commit(&bytes)?;
@@ -184,27 +182,18 @@ fn subjects(
     recorded: Vec<(PathBuf, Option<Recorded>)>,
 ) -> Result<Vec<Subject>, Error> {
     let Arguments { read, measurement, samples, .. } = arguments;
-    let mut known: Vec<(String, Option<String>, Arc<Measurement>)> = Vec::new();
+    let mut measurements = Measurements::default();
     let mut subjects = Vec::new();
     for (path, recorded) in recorded {
         let report = recorded.as_ref().map(|recorded| &recorded.report);
-        let key = report.map(|report| (report.data.sha256.clone(), report.options.material.clone()));
-        let found = key.as_ref().and_then(|(sha256, material)| {
-            let same = known.iter().find(|(known, of, _)| known == sha256 && of == material);
-            same.map(|(.., measured)| Arc::clone(measured))
-        });
-        let measured = match (report, kind.needs, found) {
-            (_, Needs::Report, _) => None,
-            (Some(_), _, Some(found)) => Some(found),
-            (Some(report), _, None) => {
-                Some(Arc::new(measurement_of(read, &path, measurement.as_deref(), report, "")?))
-            }
-            (None, Needs::Both, _) => None,
-            (None, Needs::Measurement, _) => Some(Arc::new(read.read(&path)?)),
+        let measured = match (report, kind.needs) {
+            (_, Needs::Report) | (None, Needs::Both) => None,
+            (None, Needs::Measurement) => Some(Arc::new(read.read(&path)?)),
+            (Some(report), _) => Some(
+                measurements
+                    .of(report, || measurement_of(read, &path, measurement.as_deref(), report, ""))?,
+            ),
         };
-        if let (Some((sha256, material)), Some(measured)) = (key, &measured) {
-            known.push((sha256, material, Arc::clone(measured)));
-        }
         let options = samples.options_or_as_in(report)?;
         subjects.push(Subject { path, recorded, measurement: measured, options });
     }
@@ -234,48 +223,4 @@ fn wanted(arguments: &Arguments, progress: Arc<dyn Progress>) -> Result<Wanted, 
         scene: arguments.scene.as_deref().map(Scene::read).transpose()?,
         progress,
     })
-}
-
-/// A progress line that appears only if the work takes long.
-struct Late {
-    path: PathBuf,
-    started: Instant,
-    bar: OnceLock<Bar>,
-}
-
-impl Late {
-    fn new(path: &Path) -> Self {
-        Self { path: path.to_owned(), started: Instant::now(), bar: OnceLock::new() }
-    }
-
-    /// The line, if it is time to show it.
-    fn bar(&self) -> Option<&Bar> {
-        const LONG: Duration = Duration::from_secs(2);
-        let begin = || {
-            let bar = Bar::new(1, false);
-            bar.begin(&self.path);
-            bar
-        };
-        (self.started.elapsed() > LONG).then(|| self.bar.get_or_init(begin))
-    }
-
-    fn finish(&self) {
-        if let Some(bar) = self.bar.get() {
-            bar.finish();
-        }
-    }
-}
-
-impl Progress for Late {
-    fn stage(&self, name: &str) {
-        if let Some(bar) = self.bar() {
-            bar.stage(name);
-        }
-    }
-
-    fn iteration(&self, iteration: u64, cost: f64) {
-        if let Some(bar) = self.bar() {
-            bar.iteration(iteration, cost);
-        }
-    }
 }

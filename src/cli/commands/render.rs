@@ -72,16 +72,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         recorded.as_ref().map(|recorded| recorded.values_in(&measured.channel_names(), input)).transpose()?;
     let model = recorded.as_ref().zip(values.as_ref());
     let model = model.map(|(recorded, values)| ModelAt { expression: &recorded.expression, values });
-    let rendered = render(&measured, &scene, model, max_theta)?;
+    let rendered = render(&measured, &scene, model.as_slice(), max_theta)?;
+    let fitted = rendered.fitted.first();
     let incomplete = ToRgb::new(&measured.channels).incomplete_in_words(&measured);
     incomplete.iter().for_each(|said| remark(&format!("note: {said}")));
-    let apart = rendered
-        .fitted
-        .as_ref()
-        .map(|(fitted, _)| absolute_difference(&rendered.measured, fitted))
-        .transpose()?;
+    let apart = fitted.map(|(image, _)| absolute_difference(&rendered.measured, image)).transpose()?;
     let mut panels: Vec<&Image> = vec![&rendered.measured];
-    panels.extend(rendered.fitted.as_ref().map(|(fitted, _)| fitted));
+    panels.extend(fitted.map(|(image, _)| image));
     panels.extend(&apart);
     let bytes = if is_png {
         let exposed: Vec<Image> = panels.iter().map(|image| image.exposed(rendered.exposure)).collect();
@@ -95,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         exr(&side_by_side(&panels)?, &json(&about)?)?
     };
     file.commit(&bytes)?;
-    if let Some((_, differences)) = &rendered.fitted {
+    if let Some((_, differences)) = fitted {
         let relative =
             differences.relative_rmse.map_or_else(|| "-".to_owned(), |rmse| format!("{:.2} %", 100.0 * rmse));
         let p95 = differences.delta_e_2000.p95;

@@ -83,7 +83,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         output.commit(&csv(&found)?)?;
     }
     if let Some(output) = plot {
-        output.commit(of_tradeoff(&found)?.svg(Drawing { width: Width::Two, caption: true })?.as_bytes())?;
+        output.commit(
+            of_tradeoff(&found)?.svg(Drawing { width: Width::Two, ..Drawing::default() })?.as_bytes(),
+        )?;
     }
     // Usually some models of the ladder have no usable fit; the table marks them.
     let usable = found.models.iter().any(|entry| entry.usable);

@@ -15,7 +15,7 @@ use std::path::Path;
 const READING: &str = "Reading the measurement";
 
 /// Options for reading a file.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 pub struct ReadArguments {
     #[arg(long, value_name = "NAME", help = format_help(), help_heading = READING)]
     format: Option<String>,
@@ -219,7 +219,7 @@ enum Given<'a> {
 pub const WITH_SCENE: bool = true;
 
 /// Options that say which samples are used, how they are weighted, and what is compared.
-#[derive(Args)]
+#[derive(Args, Default)]
 pub struct SampleArguments<const SCENE: bool = false> {
     /// Compare x = f cos(theta_i) itself (l2), ln(1 + x) (log), the cube root of x (cbrt), or that without its bias under noise (unbiased-cbrt)
     /// [default: unbiased-cbrt]

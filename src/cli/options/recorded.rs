@@ -1,4 +1,4 @@
-//! Models from reports.
+//! Models from reports, and the measurements that they were fitted to.
 
 use super::input::ReadArguments;
 use crate::cli::messages::remark;
@@ -8,7 +8,8 @@ use brdfit::measurement::Measurement;
 use brdfit::report::{Recorded, Report, is_report, read};
 use std::fs::File;
 use std::io::Read as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The model in a report. If the file has several reports, it is that of the first, the best of the ranking, with a remark. `None` if
 /// the file is not a report.
@@ -106,4 +107,64 @@ pub fn own_measurement(
         return Err(Error::malformed(path, Place::File, expected(), found));
     }
     Ok(measurement)
+}
+
+/// The measurements of several reports, each read once.
+#[derive(Default)]
+pub struct Measurements {
+    known: Vec<(Key, Arc<Measurement>)>,
+}
+
+/// What makes the measurements of two reports the same: the file, and how it was read.
+type Key = (String, Option<String>, String, Vec<String>);
+
+impl Measurements {
+    /// The measurement of a report, which `read` reads unless another report had the same.
+    pub fn of(
+        &mut self,
+        report: &Report,
+        read: impl FnOnce() -> Result<Measurement, Error>,
+    ) -> Result<Arc<Measurement>, Error> {
+        let options = &report.options;
+        let key = (
+            report.data.sha256.clone(),
+            options.material.clone(),
+            options.merl_bins.name().to_owned(),
+            options.reading.clone(),
+        );
+        if let Some((_, measured)) = self.known.iter().find(|(known, _)| *known == key) {
+            return Ok(Arc::clone(measured));
+        }
+        let measured = Arc::new(read()?);
+        self.known.push((key, Arc::clone(&measured)));
+        Ok(measured)
+    }
+}
+
+/// The measurement of the report at `path`, by its SHA-256: the one at the path in the report, or one of the `places` that the user
+/// names, files or folders that have a file of the same name.
+pub fn measurement_in(
+    read: &ReadArguments,
+    path: &Path,
+    places: &[PathBuf],
+    report: &Report,
+) -> Result<Measurement, Error> {
+    let read = read.or_as_in(Some(report));
+    let own = PathBuf::from(&report.data.path);
+    let in_folder = |place: &PathBuf| {
+        if place.is_dir() { own.file_name().map(|name| place.join(name)) } else { Some(place.clone()) }
+    };
+    let mut candidates: Vec<PathBuf> = places.iter().filter_map(in_folder).collect();
+    // Reading a large file to find that it is another takes long: files of the same name come first.
+    candidates.sort_by_key(|candidate| candidate.file_name() != own.file_name());
+    for candidate in candidates.iter().filter(|candidate| candidate.exists()) {
+        let measurement = read.or_in_format(&report.data.format).read(candidate);
+        if let Ok(measurement) = measurement
+            && measurement.source.sha256 == report.data.sha256
+        {
+            return Ok(measurement);
+        }
+    }
+    let hint = "name it, or a folder that has it, with --measurement";
+    own_measurement(&read, path, &own, report, "", hint)
 }

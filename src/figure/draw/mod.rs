@@ -12,3 +12,5 @@ mod svg;
 mod typeset;
 
 pub use page::{Drawing, Width};
+pub use style::IN_THE_DARK;
+pub use typeset::{Run, runs};

@@ -2,7 +2,7 @@
 
 use super::curves::Room;
 use super::legend::Legend;
-use super::style::{SIZE, TITLE};
+use super::style::{PAPER, SIZE, TITLE};
 use super::svg::{Anchor, Paint, Setting, Svg};
 use super::{cartesian, map, polar, typeset};
 use crate::error::Error;
@@ -12,11 +12,13 @@ use crate::math::count;
 
 /// How a figure is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Drawing {
+pub struct Drawing<'a> {
     /// Its width.
     pub width: Width,
     /// Whether the caption stands below it.
     pub caption: bool,
+    /// What tells it from a figure of the same content in the same document; may be empty.
+    pub place: &'a str,
 }
 
 /// The width of a figure.
@@ -29,9 +31,9 @@ pub enum Width {
     Two,
 }
 
-impl Default for Drawing {
+impl Default for Drawing<'_> {
     fn default() -> Self {
-        Self { width: Width::One, caption: true }
+        Self { width: Width::One, caption: true, place: "" }
     }
 }
 
@@ -75,7 +77,7 @@ impl FigureData {
     ///
     /// # Errors
     /// [`Error::Encoding`] or [`Error::Invalid`] for an image that cannot be encoded.
-    pub fn svg(&self, drawing: Drawing) -> Result<String, Error> {
+    pub fn svg(&self, drawing: Drawing<'_>) -> Result<String, Error> {
         let whole = drawing.width.points();
         let width = whole - 2.0 * EDGE;
         let columns = match drawing.width {
@@ -124,9 +126,9 @@ impl FigureData {
         let size = [whole, y + EDGE + 1.0];
         let title = format!("brdfit {}", self.kind);
         let mut page = Svg::new();
-        page.rectangle([0.0, 0.0], size, &Paint::fill("#fff"));
+        page.rectangle([0.0, 0.0], size, &Paint::fill(PAPER));
         page.append(svg);
-        Ok(page.document(size, &title, &self.caption.to_string()))
+        Ok(page.document(size, drawing.place, &title, &self.caption.to_string()))
     }
 
     /// The panels of a map or a picture as one PNG, without axes and words.

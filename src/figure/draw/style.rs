@@ -7,6 +7,8 @@ use crate::figure::data::{Colour, Dash, Look, Marker};
 pub(super) const SIZE: f64 = 7.0;
 /// Size of the titles of panels, points.
 pub(super) const TITLE: f64 = 7.5;
+/// The colour of paper, behind a figure and inside open markers.
+pub(super) const PAPER: &str = "#fff";
 /// The colour of axes.
 pub(super) const AXIS: &str = "#333";
 /// The colour of the lines of a grid.
@@ -19,6 +21,21 @@ const CURVE: f64 = 1.0;
 /// The palette of Okabe and Ito (2008, "Color Universal Design"), in the order of use: blue, vermilion, bluish green, reddish purple,
 /// orange, sky blue, black. Its yellow is too light on white paper.
 const PALETTE: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000"];
+
+/// The colours of a figure on dark paper: each colour above, and what takes its place in a document that is read in the dark.
+pub const IN_THE_DARK: [(&str, &str); 11] = [
+    (PAPER, "#1b1e23"),
+    (AXIS, "#c4c7cc"),
+    (GRID, "#34383f"),
+    ("#000", "#e8eaed"),
+    ("#8c8c8c", "#92979e"),
+    ("#0072b2", "#4fa8e0"),
+    ("#d55e00", "#ff8f45"),
+    ("#009e73", "#2fc79b"),
+    ("#cc79a7", "#e39cc3"),
+    ("#e69f00", "#f0b73f"),
+    ("#56b4e9", "#8bcdf3"),
+];
 
 /// Lengths of dashes and gaps, points.
 const DASHES: [&str; 6] = ["", "4 1.6", "1.2 1.4", "6 1.5 1.2 1.5", "8 2", "3 1.2 1.2 1.2 1.2 1.2"];
@@ -51,7 +68,7 @@ pub(super) fn band(look: &Look) -> Paint<'static> {
 pub(super) fn marker(svg: &mut Svg, look: &Look, at: [f64; 2]) {
     let Some(marker) = look.marker else { return };
     let own = colour(look.colour);
-    let open = Paint { fill: "#fff", opacity: 1.0, ..Paint::stroke(own, 0.5) };
+    let open = Paint { fill: PAPER, opacity: 1.0, ..Paint::stroke(own, 0.5) };
     let [x, y] = at;
     match marker {
         Marker::Dot => svg.circle(at, 0.5, &Paint { opacity: 0.6, ..Paint::fill(own) }),

@@ -173,10 +173,17 @@ impl Svg {
         self.body.push_str("</g>\n");
     }
 
-    /// The whole document, `width` and `height` in points. Its identity, with which all its ids begin, follows from what is in it.
-    pub(super) fn document(self, [width, height]: [f64; 2], title: &str, description: &str) -> String {
+    /// The whole document, `width` and `height` in points. Its identity, with which all its ids begin, follows from what is in it
+    /// and from `place`.
+    pub(super) fn document(
+        self,
+        [width, height]: [f64; 2],
+        place: &str,
+        title: &str,
+        description: &str,
+    ) -> String {
         use sha2::{Digest as _, Sha256};
-        let digest = Sha256::digest(format!("{width} {height} {description}\n{}", self.body));
+        let digest = Sha256::digest(format!("{place}{width} {height} {description}\n{}", self.body));
         let mut identity = "brdfit".to_owned();
         for byte in digest.iter().take(6) {
             let _ = write!(identity, "{byte:02x}");
@@ -266,7 +273,7 @@ mod tests {
         let setting =
             Setting { at: [0.0, 0.0], size: 7.0, anchor: Anchor::Start, upwards: false, bold: false };
         svg.text(&Text::from("</text><script>a & 'b' \"c\"\u{1}\u{0}"), setting);
-        let text = svg.document([10.0, 10.0], "<t>", "d\u{7}");
+        let text = svg.document([10.0, 10.0], "", "<t>", "d\u{7}");
         assert!(
             text.contains("&lt;/text&gt;&lt;script&gt;a &amp; &apos;b&apos; &quot;c&quot;  </text>"),
             "{text}"

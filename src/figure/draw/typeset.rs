@@ -11,11 +11,13 @@ const ABOVE: f64 = -0.38;
 
 /// A piece of text in one size and style.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Run {
-    pub(super) text: String,
+pub struct Run {
+    /// Its characters.
+    pub text: String,
     /// How far below the baseline it stands, relative to the size of the text; 0 on the baseline.
-    pub(super) shift: f64,
-    pub(super) italic: bool,
+    pub shift: f64,
+    /// Whether it is set in italics.
+    pub italic: bool,
 }
 
 /// The letters that symbols are named by.
@@ -36,7 +38,8 @@ const GREEK: [(&str, &str); 13] = [
 ];
 
 /// Cuts a text into runs.
-pub(super) fn runs(text: &Text) -> Vec<Run> {
+#[must_use]
+pub fn runs(text: &Text) -> Vec<Run> {
     let plain = |text: &str| Run { text: text.to_owned(), shift: 0.0, italic: false };
     let mut all = Vec::new();
     for piece in text.pieces() {

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::figure::data::{
     Axes, Axis, Body, Colour, Curves, Dash, FigureData, Look, Marker, Panel, Scale, Series,
 };
-use crate::figure::kind::{Kind, Needs, Subject, Wanted, only};
+use crate::figure::kind::{Kind, Needs, Several, Subject, Wanted, only};
 use crate::figure::refit::{problem_table, refit_options, reported};
 use crate::figure::text::Text;
 use crate::fit::{LossKind, Objective, ReflectanceProblem};
@@ -21,6 +21,7 @@ pub const KIND: Kind = Kind {
     name: "convergence",
     summary: "cost along the iterations, from every start of the report",
     needs: Needs::Both,
+    several: Several::Refused,
     raster: false,
     compute,
 };

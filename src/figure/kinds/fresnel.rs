@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::figure::data::{Axes, Axis, Body, Colour, Curves, Dash, FigureData, Look, Panel, Series};
 use crate::figure::kind::{
-    Kind, Needs, Subject, Wanted, channel_title, channels_shown, chosen_channels, names,
+    Kind, Needs, Several, Subject, Wanted, channel_title, channels_shown, chosen_channels, names,
 };
 use crate::figure::spread::{BAND, Spread};
 use crate::figure::text::Text;
@@ -16,6 +16,7 @@ pub const KIND: Kind = Kind {
     name: "fresnel",
     summary: "Fresnel reflectance over the difference angle, with its uncertainty",
     needs: Needs::Report,
+    several: Several::Overlaid,
     raster: false,
     compute,
 };

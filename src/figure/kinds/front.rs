@@ -4,10 +4,10 @@ use crate::error::{Error, OptionName};
 use crate::figure::data::{
     Axes, Axis, Body, Colour, Curves, Dash, FigureData, Look, Marker, Panel, Scale, Series,
 };
-use crate::figure::kind::{Against, Kind, Needs, Subject, Wanted};
+use crate::figure::kind::{Against, Kind, Needs, Several, Subject, Wanted};
 use crate::figure::text::Text;
 use crate::fit::Metric;
-use crate::report::{ParameterStatus, Recorded};
+use crate::report::Recorded;
 use crate::synthetic::scattered_directions;
 use crate::tradeoff::{Tradeoff, counted};
 
@@ -16,6 +16,7 @@ pub const KIND: Kind = Kind {
     name: "front",
     summary: "several reports of one measurement: error against number of parameters or cost",
     needs: Needs::Report,
+    several: Several::Needed,
     raster: false,
     compute,
 };
@@ -100,10 +101,7 @@ pub fn of_tradeoff(found: &Tradeoff) -> Result<FigureData, Error> {
 
 /// The number of parameters that a fit moved, of all channels.
 fn parameters(recorded: &Recorded) -> f64 {
-    let moved = |status: Option<ParameterStatus>| {
-        matches!(status, Some(ParameterStatus::Free | ParameterStatus::AtLower | ParameterStatus::AtUpper))
-    };
-    crate::math::count(recorded.report.parameters.iter().filter(|p| moved(p.status.known())).count())
+    crate::math::count(recorded.report.parameters.iter().filter(|p| p.was_fitted()).count())
 }
 
 /// The weighted operations of an evaluation of the first channel; at least 1, which a logarithmic axis can show.

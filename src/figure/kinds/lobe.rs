@@ -8,19 +8,22 @@ use crate::figure::in_plane::{
     InPlane, PLANE_DEG, angles_of_incidence, at_angle, has_azimuth, in_plane, usual_azimuth,
 };
 use crate::figure::kind::{
-    Kind, Needs, Subject, Wanted, channel_title, channels_shown, chosen_channels, names,
+    Kind, Needs, Several, Subject, Wanted, channel_title, channels_shown, chosen_channels, names,
+    same_measurement,
 };
 use crate::figure::spread::{BAND, Spread};
 use crate::figure::text::Text;
 use crate::geometry::{Directions, Pair, direction};
 use crate::model::{Expression, LobeValues};
 use crate::parameters::ParameterTable;
+use std::sync::Arc;
 
 /// The entry of the registry.
 pub const KIND: Kind = Kind {
     name: "lobe",
     summary: "f in the plane of incidence at several angles: samples, fit and its uncertainty",
     needs: Needs::Measurement,
+    several: Several::Overlaid,
     raster: false,
     compute,
 };
@@ -33,12 +36,17 @@ const WIDE: f64 = 30.0;
 const DECADES: i32 = 6;
 
 fn compute(subjects: &[Subject], wanted: &Wanted) -> Result<FigureData, Error> {
-    let samples: Vec<Vec<InPlane>> = subjects
-        .iter()
-        .map(|subject| Ok(in_plane(&subject.measured()?.directions)))
-        .collect::<Result<_, Error>>()?;
+    let mut samples: Vec<Arc<Vec<InPlane>>> = Vec::new();
+    for (index, subject) in subjects.iter().enumerate() {
+        let before = subjects.iter().take(index).position(|other| same_measurement(other, subject));
+        // Looking through a full table takes long enough to do it once.
+        samples.push(match before.and_then(|before| samples.get(before)) {
+            Some(known) => Arc::clone(known),
+            None => Arc::new(in_plane(&subject.measured()?.directions)),
+        });
+    }
     let first = first_of(subjects)?;
-    let angles = angles_of_incidence(samples.first().map_or(&[], Vec::as_slice), &wanted.theta_i_deg);
+    let angles = angles_of_incidence(samples.first().map_or(&[], |all| all.as_slice()), &wanted.theta_i_deg);
     let channels = first.channels();
     let chosen = chosen_channels(&channels, wanted)?;
     let anisotropic = subjects.iter().any(is_anisotropic);
@@ -59,7 +67,7 @@ fn compute(subjects: &[Subject], wanted: &Wanted) -> Result<FigureData, Error> {
                     let here: Vec<InPlane> = if anisotropic {
                         samples.iter().filter(|sample| has_azimuth(sample, phi_i)).copied().collect()
                     } else {
-                        samples.clone()
+                        samples.to_vec()
                     };
                     let points = measured_points(subject, channel, &at_angle(&here, theta_i))?;
                     in_plane_samples += points.len();
@@ -126,13 +134,6 @@ fn first_of(subjects: &[Subject]) -> Result<&Subject, Error> {
     subjects.first().ok_or_else(|| Error::invalid(KIND.name, "a report or a measurement", "none"))
 }
 
-fn same_measurement(a: &Subject, b: &Subject) -> bool {
-    match (&a.measurement, &b.measurement) {
-        (Some(a), Some(b)) => a.source.sha256 == b.source.sha256 && a.channels == b.channels,
-        _ => false,
-    }
-}
-
 /// What the figure shows, in sentences.
 fn caption(subjects: &[Subject], samples: usize, phi_i: Option<f64>) -> Text {
     let whose: Vec<String> = subjects.iter().map(Subject::stem).collect();
@@ -190,7 +191,7 @@ fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
 
 fn measured_points(subject: &Subject, channel: usize, samples: &[InPlane]) -> Result<Vec<[f64; 2]>, Error> {
     let values = subject.measured()?.values.get(channel);
-    let value = |sample: usize| values.and_then(|row| row.get(sample)).copied();
+    let value = |sample: usize| values.and_then(|row| row.get(sample)).copied().filter(|f| !f.is_nan());
     Ok(samples.iter().filter_map(|place| Some([place.theta_o, value(place.sample)?])).collect())
 }
 

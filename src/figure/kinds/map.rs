@@ -3,18 +3,22 @@
 use crate::error::Error;
 use crate::figure::data::{Axis, Body, FigureData, Map, Panel, Scale};
 use crate::figure::kind::{
-    Kind, Needs, Subject, Wanted, channel_title, channels_shown, chosen_channels, only,
+    Kind, Needs, Several, Subject, Wanted, channel_title, channels_shown, chosen_channels,
+    of_one_measurement, which,
 };
 use crate::figure::text::Text;
 use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::image::{ColourMap, VIK, VIRIDIS};
 use crate::math::{Real as _, count};
+use crate::model::LobeValues;
+use crate::report::Recorded;
 
 /// The entry of the registry.
 pub const KIND: Kind = Kind {
     name: "map",
-    summary: "maps over theta_h and theta_d: measurement, fit and relative error",
+    summary: "maps over theta_h and theta_d: measurement, fit and relative error; of several models a row each",
     needs: Needs::Measurement,
+    several: Several::Rows,
     raster: true,
     compute,
 };
@@ -28,62 +32,52 @@ const DECADES: f64 = 5.0;
 /// The bins of `phi_d` that are shown of a table: those on either side of 90 degrees.
 const ACROSS: [usize; 2] = [89, 90];
 
-/// Sums over the samples of a cell.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    measured: f64,
-    fitted: f64,
-    samples: usize,
-}
-
 fn compute(subjects: &[Subject], wanted: &Wanted) -> Result<FigureData, Error> {
-    let subject = only(subjects, KIND.name)?;
+    let subject = of_one_measurement(subjects, KIND.name)?;
     let measurement = subject.measured()?;
     let channels = subject.channels();
     // Three maps of one channel fill a row, so that one channel is enough unless the user names several.
     let chosen = chosen_channels(&channels, &Wanted { most_channels: 1, ..wanted.clone() })?;
-    let (cells, places) = places(&measurement.directions);
-    let fitted = subject.recorded.as_ref().map(|recorded| {
-        Ok::<_, Error>(recorded.expression.values(&measurement.directions, &subject.values()?))
-    });
-    let fitted = fitted.transpose()?;
+    let cells = Cells::of(&measurement.directions);
+    let fits: Vec<(&Recorded, Vec<Vec<f64>>)> = subjects
+        .iter()
+        .filter_map(|subject| Some((subject.recorded.as_ref()?, subject)))
+        .map(|(recorded, subject)| Ok((recorded, cells.values(recorded, &subject.values()?))))
+        .collect::<Result<_, Error>>()?;
 
     let mut panels = Vec::new();
     for &channel in &chosen {
-        let empty = Vec::new();
-        let measured = measurement.values.get(channel).unwrap_or(&empty);
-        let of_model = fitted.as_ref().and_then(|rows| rows.get(channel));
-        let mut sums = vec![Sums::default(); cells * cells];
-        for (sample, place) in places.iter().enumerate() {
-            let (Some(place), Some(f)) = (place, measured.get(sample)) else { continue };
-            let Some(sum) = sums.get_mut(*place) else { continue };
-            sum.measured += f;
-            sum.fitted += of_model.and_then(|row| row.get(sample)).copied().unwrap_or(0.0);
-            sum.samples += 1;
-        }
-        let mean = |of: fn(&Sums) -> f64| -> Vec<Option<f64>> {
-            sums.iter().map(|sum| (sum.samples > 0).then(|| of(sum) / count(sum.samples))).collect()
-        };
-        let (measured, of_fit) = (mean(|sum| sum.measured), mean(|sum| sum.fitted));
-        let values = magnitude_axis(&measured);
         let title = channels.get(channel).map(channel_title).unwrap_or_default();
-        let of_channel = |what: &str| match chosen.len() {
-            1 => Text::from(what),
-            _ => Text::from(format!("{what}, {title}")),
-        };
         let panel = |what: &str, value: Axis, values: Vec<Option<f64>>, colours| Panel {
-            title: of_channel(what),
-            body: Body::Map(map(cells, value, values, colours)),
+            title: if chosen.len() > 1 { format!("{what}, {title}") } else { what.to_owned() }.into(),
+            body: Body::Map(map(cells.side, value, values, colours)),
         };
-        panels.push(panel("measured", values.clone(), measured.clone(), &VIRIDIS));
-        if fitted.is_some() {
-            let relative: Vec<Option<f64>> =
-                measured.iter().zip(&of_fit).map(|(m, f)| relative((*m)?, (*f)?)).collect();
-            panels.push(panel("fit", values, of_fit, &VIRIDIS));
-            panels.push(panel("error", difference_axis(&relative), relative, &VIK));
+        let shown: Vec<f64> =
+            measurement.values.get(channel).map_or_else(Vec::new, |row| cells.shown_of(row));
+        let measured = cells.means(&shown, &shown);
+        let values = magnitude_axis(&measured);
+        if fits.is_empty() {
+            panels.push(panel("measured", values, measured, &VIRIDIS));
+            continue;
+        }
+        let fitted: Vec<Vec<Option<f64>>> = fits
+            .iter()
+            .map(|(_, rows)| rows.get(channel).map_or_else(Vec::new, |row| cells.means(row, &shown)))
+            .collect();
+        let errors: Vec<Vec<Option<f64>>> = fitted
+            .iter()
+            .map(|fitted| measured.iter().zip(fitted).map(|(m, f)| relative((*m)?, (*f)?)).collect())
+            .collect();
+        // One scale for all, so that models can be compared.
+        let apart = difference_axis(&errors.concat());
+        for (k, (fitted, errors)) in fitted.into_iter().zip(errors).enumerate() {
+            let which = which(fits.len(), k);
+            panels.push(panel("measured", values.clone(), measured.clone(), &VIRIDIS));
+            panels.push(panel(&format!("fit{which}"), values.clone(), fitted, &VIRIDIS));
+            panels.push(panel(&format!("error{which}"), apart.clone(), errors, &VIK));
         }
     }
-    let side_by_side = if fitted.is_some() { [3, 3] } else { [1, panels.len().min(3)] };
+    let side_by_side = if fits.is_empty() { [1, panels.len().min(3)] } else { [3, 3] };
     let mut caption = Text::from(format!("{}: mean ", subject.stem())).symbol("f").words(" of ");
     caption = match measurement.directions.is_grid() {
         true => caption.words("the cells on either side of ").symbol("phi_d").words(" = ").degrees(90.0),
@@ -91,14 +85,58 @@ fn compute(subjects: &[Subject], wanted: &Wanted) -> Result<FigureData, Error> {
             caption.words("the samples in each cell of ").symbol("theta_h").words(" and ").symbol("theta_d")
         }
     };
-    if let Some(recorded) = &subject.recorded {
-        caption = caption.words(format!(
-            ", measured and for {}, and the relative error (fit - measured)/measured",
-            recorded.expression.canonical()
-        ));
+    if !fits.is_empty() {
+        caption = caption.words(", measured and fitted, and the relative error (fit - measured)/measured.");
     }
-    let caption = caption.words(". Grey: no samples.").words(channels_shown(&channels, &chosen));
+    for (k, (recorded, _)) in fits.iter().enumerate() {
+        let which = which(fits.len(), k);
+        caption = caption.words(format!(" Fit{which}: {}.", recorded.expression.canonical()));
+    }
+    let end = if fits.is_empty() { ". Grey: no samples." } else { " Grey: no samples." };
+    let caption = caption.words(end).words(channels_shown(&channels, &chosen));
     Ok(FigureData { kind: KIND.name, panels, caption, side_by_side })
+}
+
+/// The cells of a map, and the samples in them.
+struct Cells {
+    /// The number of cells along each side.
+    side: usize,
+    /// The samples that are shown, and the cell of each.
+    places: Vec<(usize, usize)>,
+    /// The directions of the samples that are shown.
+    directions: Directions,
+}
+
+impl Cells {
+    fn of(directions: &Directions) -> Self {
+        let (side, places) = places(directions);
+        let places: Vec<(usize, usize)> =
+            places.into_iter().enumerate().filter_map(|(sample, place)| Some((sample, place?))).collect();
+        let samples: Vec<usize> = places.iter().map(|(sample, _)| *sample).collect();
+        Self { side, places, directions: directions.select(&samples) }
+    }
+
+    /// The values of a channel for the samples that are shown.
+    fn shown_of(&self, row: &[f64]) -> Vec<f64> {
+        self.places.iter().map(|(sample, _)| row.get(*sample).copied().unwrap_or(f64::NAN)).collect()
+    }
+
+    /// The values of a model by channel for the samples that are shown.
+    fn values(&self, recorded: &Recorded, values: &[Vec<LobeValues>]) -> Vec<Vec<f64>> {
+        recorded.expression.values(&self.directions, values)
+    }
+
+    /// The mean of a row in each cell, over the samples for which `measured` has a value; `None` for a cell without any.
+    fn means(&self, row: &[f64], measured: &[f64]) -> Vec<Option<f64>> {
+        let mut sums = vec![(0.0, 0_usize); self.side * self.side];
+        for (((_, place), f), known) in self.places.iter().zip(row).zip(measured) {
+            if let Some((sum, samples)) = sums.get_mut(*place).filter(|_| !known.is_nan()) {
+                *sum += f;
+                *samples += 1;
+            }
+        }
+        sums.iter().map(|(sum, samples)| (*samples > 0).then(|| sum / count(*samples))).collect()
+    }
 }
 
 /// (fit - measured)/measured; `None` where nothing was measured to relate to.

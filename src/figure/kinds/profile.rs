@@ -4,20 +4,21 @@ use crate::error::Error;
 use crate::figure::data::{
     Axes, Axis, Body, Colour, Curves, Dash, FigureData, Look, Mark, MarkForm, Marker, Panel, Scale, Series,
 };
-use crate::figure::kind::{Kind, Needs, Subject, Wanted, only};
+use crate::figure::kind::{Kind, Needs, Several, Subject, Wanted, only};
 use crate::figure::refit::{MOST_SAMPLES, refit_options, reported, starts};
 use crate::figure::text::Text;
 use crate::fit::{Options, fit};
 use crate::measurement::Measurement;
 use crate::model::{Role, Scale as Coordinate, Unit};
 use crate::parameters::{ParameterRow, Selector, Setting, Settings, Status};
-use crate::report::{ParameterStatus, Recorded};
+use crate::report::{Parameter, Recorded};
 
 /// The entry of the registry.
 pub const KIND: Kind = Kind {
     name: "profile",
     summary: "cost over each shape parameter, with the others fitted again at every value",
     needs: Needs::Both,
+    several: Several::Refused,
     raster: false,
     compute,
 };
@@ -69,9 +70,7 @@ fn caption(subject: &Subject, recorded: &Recorded, shapes: &[usize]) -> Text {
 }
 
 fn is_fitted_shape(recorded: &Recorded, row: usize) -> bool {
-    let status = reported(&recorded.report, &recorded.table, row).and_then(|p| p.status.known());
-    let fitted =
-        matches!(status, Some(ParameterStatus::Free | ParameterStatus::AtLower | ParameterStatus::AtUpper));
+    let fitted = reported(&recorded.report, &recorded.table, row).is_some_and(Parameter::was_fitted);
     recorded
         .table
         .rows()

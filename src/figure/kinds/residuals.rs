@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::figure::data::{Axes, Axis, Body, Colour, Curves, Dash, FigureData, Look, Marker, Panel, Series};
-use crate::figure::kind::{Kind, Needs, Subject, Wanted, names};
+use crate::figure::kind::{Kind, Needs, Several, Subject, Wanted, names};
 use crate::figure::refit::problem_table;
 use crate::figure::text::Text;
 use crate::fit::{Metric, ReflectanceProblem};
@@ -10,12 +10,14 @@ use crate::geometry::Geometry;
 use crate::math::{Real as _, count};
 use crate::measurement::{Samples, Weighting};
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 /// The entry of the registry.
 pub const KIND: Kind = Kind {
     name: "residuals",
     summary: "residuals against theta_i, theta_o, theta_h and theta_d, in the metric",
     needs: Needs::Both,
+    several: Several::Overlaid,
     raster: false,
     compute,
 };
@@ -24,6 +26,8 @@ pub const KIND: Kind = Kind {
 const RANGE_DEG: f64 = 5.0;
 /// Number of those ranges.
 const RANGES: usize = 18;
+/// The largest number of samples: medians of a few thousand residuals do not change with more.
+const MOST_SAMPLES: usize = 100_000;
 /// The fewest residuals of a range that has a median.
 const FEWEST: usize = 5;
 /// The largest number of residuals that are drawn one by one.
@@ -39,7 +43,7 @@ const QUANTILES: [f64; 3] = [0.16, 0.5, 0.84];
 struct Residuals {
     /// theta_i, theta_o, theta_h and theta_d of each sample, degrees.
     angles: Vec<[f64; 4]>,
-    /// Model less measurement by channel and sample; dead channels have none.
+    /// Model less measurement by channel and sample; NaN where nothing was measured. Dead channels have none.
     rows: Vec<Vec<f64>>,
     /// The root mean square of the noise in the same unit; `None` if it is not known.
     noise: Option<f64>,
@@ -49,7 +53,7 @@ struct Residuals {
 }
 
 fn compute(subjects: &[Subject], _: &Wanted) -> Result<FigureData, Error> {
-    let all: Vec<Residuals> = subjects.iter().map(residuals).collect::<Result<_, _>>()?;
+    let all: Vec<Residuals> = subjects.par_iter().map(residuals).collect::<Result<_, _>>()?;
     let called = names(subjects);
     let Some(first) = all.first() else { return Err(Error::invalid(KIND.name, "a report", "none")) };
     if let Some(other) =
@@ -62,10 +66,11 @@ fn compute(subjects: &[Subject], _: &Wanted) -> Result<FigureData, Error> {
     let top = all.iter().map(reach).fold(0.0, f64::max);
     let unit = if first.in_sigma { "standard deviations" } else { unit_of(first.metric) };
     let panel = |place: usize, symbol: &str| {
-        let mut series = Vec::new();
-        for (k, (residuals, name)) in all.iter().zip(&called).enumerate() {
-            series.extend(series_of(residuals, place, k, if several { name } else { "" }));
-        }
+        let series =
+            all.par_iter().zip(&called).enumerate().map(|(k, (residuals, name))| {
+                series_of(residuals, place, k, if several { name } else { "" })
+            });
+        let series = series.collect::<Vec<_>>().concat();
         let y = Axis::new("residual", unit).from_to(-top, top);
         let x = Axis::angle(symbol).from_to(0.0, 90.0);
         Panel {
@@ -96,6 +101,11 @@ fn caption(subjects: &[Subject], all: &[Residuals], called: &[String]) -> Text {
         stems.join(", ")
     ));
     text = text.words(", and the band of the middle 68 %");
+    let all_used =
+        subjects.iter().filter_map(|subject| subject.recorded.as_ref()).map(|r| r.report.data.used).max();
+    if let Some(residuals) = all.first().filter(|first| Some(first.angles.len()) < all_used) {
+        text = text.words(format!(", on {} of the samples", residuals.angles.len()));
+    }
     if all.len() == 1 {
         text = text.words("; dots are single residuals");
     }
@@ -120,7 +130,9 @@ fn unit_of(metric: Metric) -> &'static str {
 /// The residuals of a subject at the values of its report.
 fn residuals(subject: &Subject) -> Result<Residuals, Error> {
     let (recorded, measurement) = (subject.fitted()?, subject.measured()?);
-    let samples = Samples::select(measurement, &subject.options.filters)?;
+    let mut filters = subject.options.filters.clone();
+    filters.samples = Some(filters.samples.map_or(MOST_SAMPLES, |n| n.min(MOST_SAMPLES)));
+    let samples = Samples::select(measurement, &filters)?;
     let table = problem_table(recorded, measurement, &samples)?;
     let metric = subject.options.metric;
     let problem = ReflectanceProblem::new(&recorded.expression, &samples, table.clone(), metric);
@@ -134,7 +146,7 @@ fn residuals(subject: &Subject) -> Result<Residuals, Error> {
     let ratio = recorded.report.misfit.as_ref().and_then(|misfit| misfit.ratio).filter(|ratio| *ratio > 0.0);
     let (mut sum, mut total) = (0.0, 0.0);
     for row in rows.iter().filter(|row| !row.is_empty()) {
-        for (r, weight) in row.iter().zip(&samples.weights) {
+        for (r, weight) in row.iter().zip(&samples.weights).filter(|(r, _)| !r.is_nan()) {
             (sum, total) = (sum + weight * r * r, total + weight);
         }
     }
@@ -150,7 +162,8 @@ fn dots(residuals: &Residuals) -> Vec<([f64; 4], f64)> {
     let step = (samples * rows.len()).div_ceil(MOST_DOTS).max(1);
     let at = |k: usize| {
         let sample = k / rows.len().max(1);
-        Some((*residuals.angles.get(sample)?, *rows.get(k % rows.len().max(1))?.get(sample)?))
+        let r = rows.get(k % rows.len().max(1))?.get(sample)?;
+        Some((*residuals.angles.get(sample)?, *r)).filter(|_| !r.is_nan())
     };
     (0..samples * rows.len()).step_by(step).filter_map(at).collect()
 }
@@ -167,24 +180,25 @@ fn reach(residuals: &Residuals) -> f64 {
 /// The series of a subject over the angle in this place; `name` is empty if it is the only one.
 fn series_of(residuals: &Residuals, place: usize, k: usize, name: &str) -> Vec<Series> {
     let angle = |angles: &[f64; 4]| angles.get(place).copied().unwrap_or(f64::NAN);
-    let mut ranges: Vec<Vec<(f64, f64)>> = vec![Vec::new(); RANGES];
+    let range_of: Vec<usize> =
+        residuals.angles.iter().map(|angles| (angle(angles) / RANGE_DEG).whole().min(RANGES - 1)).collect();
+    let mut ranges: Vec<(f64, Vec<f64>)> = vec![(0.0, Vec::new()); RANGES];
     for row in &residuals.rows {
-        for (angles, r) in residuals.angles.iter().zip(row) {
-            let angle = angle(angles);
-            if let Some(range) = ranges.get_mut((angle / RANGE_DEG).whole().min(RANGES - 1)) {
-                range.push((angle, *r));
+        for ((angles, range), r) in residuals.angles.iter().zip(&range_of).zip(row) {
+            if let Some((sum, range)) = ranges.get_mut(*range).filter(|_| !r.is_nan()) {
+                *sum += angle(angles);
+                range.push(*r);
             }
         }
     }
     let (mut points, mut band) = (Vec::new(), Vec::new());
-    for range in ranges.iter_mut().filter(|range| range.len() >= FEWEST) {
-        let mean = range.iter().map(|(angle, _)| angle).sum::<f64>() / count(range.len());
-        range.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let quantile = |q: f64| {
-            range.get((q * count(range.len())).whole().min(range.len() - 1)).map_or(0.0, |(_, r)| *r)
-        };
-        let [low, median, high] = QUANTILES.map(quantile);
-        points.push([mean, median]);
+    for (sum, range) in ranges.iter_mut().filter(|(_, range)| range.len() >= FEWEST) {
+        let n = range.len();
+        let [low, median, high] = QUANTILES.map(|q| {
+            let place = (q * count(n)).whole().min(n - 1);
+            *range.select_nth_unstable_by(place, f64::total_cmp).1
+        });
+        points.push([*sum / count(n), median]);
         band.push([low, high]);
     }
     let mut series = Vec::new();

@@ -1,18 +1,20 @@
-//! Spheres: measured, fitted, and their difference, rendered as `brdfit render` does.
+//! Spheres: measured, fitted by each model, and their difference, rendered as `brdfit render` does.
 
 use crate::error::Error;
 use crate::figure::data::{Body, FigureData, Panel, Picture};
-use crate::figure::kind::{Kind, Needs, Subject, Wanted, only};
-use crate::figure::text::Text;
+use crate::figure::kind::{Kind, Needs, Several, Subject, Wanted, of_one_measurement, which};
 use crate::image::{Route, absolute_difference};
+use crate::model::LobeValues;
+use crate::report::Recorded;
 use crate::scene::Scene;
 use crate::select::{ModelAt, render};
 
 /// The entry of the registry.
 pub const KIND: Kind = Kind {
     name: "sphere",
-    summary: "a ball as measured, as fitted, and the difference",
+    summary: "a ball as measured, as fitted, and the difference; of several models a row each",
     needs: Needs::Measurement,
+    several: Several::Rows,
     raster: true,
     compute,
 };
@@ -21,44 +23,46 @@ pub const KIND: Kind = Kind {
 const SIDE: u32 = 128;
 
 fn compute(subjects: &[Subject], wanted: &Wanted) -> Result<FigureData, Error> {
-    let subject = only(subjects, KIND.name)?;
-    let measurement = subject.measured()?;
+    let subject = of_one_measurement(subjects, KIND.name)?;
     let scene = wanted.scene.clone().map_or_else(|| Scene::studio(SIDE), Ok)?;
-    let values = subject.recorded.as_ref().map(|_| subject.values()).transpose()?;
-    let model = subject.recorded.as_ref().zip(values.as_ref());
-    let model = model.map(|(recorded, values)| ModelAt { expression: &recorded.expression, values });
+    let fits: Vec<(&Recorded, Vec<Vec<LobeValues>>)> = subjects
+        .iter()
+        .filter_map(|subject| Some((subject.recorded.as_ref()?, subject)))
+        .map(|(recorded, subject)| Ok((recorded, subject.values()?)))
+        .collect::<Result<_, Error>>()?;
+    let models: Vec<ModelAt<'_>> =
+        fits.iter().map(|(recorded, values)| ModelAt { expression: &recorded.expression, values }).collect();
     // A picture leaves nothing out that a reader might look at.
-    let rendered = render(measurement, &scene, model, 90.0)?;
-    let exposure = rendered.exposure;
-    let panel =
-        |title: &str, image| Panel { title: title.into(), body: Body::Picture(Picture { image, exposure }) };
-    let mut caption = Text::from(format!(
-        "{} in the scene {}, {}",
-        subject.stem(),
-        scene.path().display(),
-        colours(rendered.colour)
-    ));
+    let rendered = render(subject.measured()?, &scene, &models, 90.0)?;
+    let (measured, exposure) = (rendered.measured, rendered.exposure);
+    let panel = |title: String, image| Panel {
+        title: title.into(),
+        body: Body::Picture(Picture { image, exposure }),
+    };
+    let mut caption =
+        format!("{} in the scene {}, {}", subject.stem(), scene.path().display(), colours(rendered.colour));
     let mut panels = Vec::new();
-    if let (Some((fitted, differences)), Some(recorded)) = (rendered.fitted, &subject.recorded) {
-        caption = caption.words(format!(
-            ": as measured, as fitted by {}, and the absolute difference",
-            recorded.expression.canonical()
-        ));
-        if let Some(rmse) = differences.relative_rmse {
-            caption = caption.words(format!(". The relative RMSE of the radiance is {:.2} %", 100.0 * rmse));
-        }
-        let p95 = differences.delta_e_2000.p95;
-        caption = caption.words(format!("; 95 % of the pixels are within {p95:.2} CIEDE2000"));
-        let difference = absolute_difference(&rendered.measured, &fitted)?;
-        panels.push(panel("measured", rendered.measured));
-        panels.push(panel("fit", fitted));
-        panels.push(panel("difference", difference));
+    if models.is_empty() {
+        panels.push(panel("measured".to_owned(), measured));
     } else {
-        panels.push(panel("measured", rendered.measured));
+        caption.push_str(": as measured, as fitted, and the absolute difference.");
+        for (k, ((fitted, differences), model)) in rendered.fitted.into_iter().zip(&models).enumerate() {
+            let which = which(models.len(), k);
+            caption.push_str(&format!(" Fit{which}: {}", model.expression.canonical()));
+            if let Some(rmse) = differences.relative_rmse {
+                caption.push_str(&format!(", relative RMSE of the radiance {:.2} %", 100.0 * rmse));
+            }
+            let p95 = differences.delta_e_2000.p95;
+            caption.push_str(&format!(", 95 % of the pixels within {p95:.2} CIEDE2000."));
+            let difference = absolute_difference(&measured, &fitted)?;
+            panels.push(panel("measured".to_owned(), measured.clone()));
+            panels.push(panel(format!("fit{which}"), fitted));
+            panels.push(panel(format!("difference{which}"), difference));
+        }
     }
-    let side_by_side = [panels.len(); 2];
-    let caption = caption.words(". All panels have the same exposure; black where nothing was measured.");
-    Ok(FigureData { kind: KIND.name, panels, caption, side_by_side })
+    let side_by_side = [panels.len().min(3), panels.len().min(6)];
+    caption.push_str(" All panels have the same exposure; black where nothing was measured.");
+    Ok(FigureData { kind: KIND.name, panels, caption: caption.into(), side_by_side })
 }
 
 /// How the channels became colours.

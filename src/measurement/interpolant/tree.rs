@@ -19,6 +19,8 @@ pub(super) struct Near {
 pub(super) struct Tree {
     points: Vec<(Point, usize)>,
     nodes: Vec<Node>,
+    /// The smallest and the largest coordinate of all points, along each axis.
+    ends: [(f64, f64); 5],
 }
 
 #[derive(Clone, Debug)]
@@ -34,24 +36,61 @@ enum Node {
 
 /// Largest number of points in a leaf.
 const LEAF: usize = 8;
+/// Room for roundings: a part of the tree is passed over only if it is farther away than this, in units of the farthest point found.
+const BEYOND: f64 = 1.0 + 1e-12;
+
+/// How far a part of the tree is away from the point searched for, at least.
+#[derive(Clone, Copy)]
+struct Apart {
+    /// Along each axis.
+    along: Point,
+    /// The sum of their squares.
+    square: f64,
+}
+
+impl Apart {
+    fn new(along: Point) -> Self {
+        Self { along, square: along.iter().map(|x| x * x).sum() }
+    }
+
+    /// The same, but for one axis.
+    fn with(mut self, axis: usize, distance: f64) -> Self {
+        if let Some(along) = self.along.get_mut(axis) {
+            *along = distance;
+        }
+        Self::new(self.along)
+    }
+}
 
 impl Tree {
     /// Builds the tree of these points, each with the sample that it belongs to.
     pub(super) fn new(mut points: Vec<(Point, usize)>) -> Self {
         let mut nodes = Vec::new();
         divide(&mut points, 0, &mut nodes);
-        Self { points, nodes }
+        let mut ends = [(f64::INFINITY, f64::NEG_INFINITY); 5];
+        for (point, _) in &points {
+            for ((low, high), x) in ends.iter_mut().zip(point) {
+                (*low, *high) = (low.min(*x), high.max(*x));
+            }
+        }
+        Self { points, nodes, ends }
     }
 
     /// Writes the `k` points nearest to `to`, among those for which `admit` returns true, to `found`, nearest first.
     pub(super) fn nearest(&self, to: &Point, k: usize, admit: impl Fn(&Near) -> bool, found: &mut Vec<Near>) {
         found.clear();
-        self.descend(0, to, k, &admit, found);
+        let mut along = [0.0; 5];
+        for ((distance, x), (low, high)) in along.iter_mut().zip(to).zip(self.ends) {
+            *distance = (low - x).max(x - high).max(0.0);
+        }
+        self.descend(0, Apart::new(along), to, k, &admit, found);
     }
 
+    /// Looks for points in the part of the tree below `node`, which is `apart` from `to`.
     fn descend(
         &self,
         node: usize,
+        apart: Apart,
         to: &Point,
         k: usize,
         admit: &impl Fn(&Near) -> bool,
@@ -71,9 +110,11 @@ impl Tree {
             Some(&Node::Split { axis, at, right }) => {
                 let beyond = to.get(axis).map_or(0.0, |x| x - at);
                 let (first, second) = if beyond < 0.0 { (node + 1, right) } else { (right, node + 1) };
-                self.descend(first, to, k, admit, found);
-                if beyond * beyond < worst(found, k) {
-                    self.descend(second, to, k, admit, found);
+                self.descend(first, apart, to, k, admit, found);
+                // Where all points lie off to one side, the distance along that axis counts as well.
+                let farther = apart.with(axis, apart.along.get(axis).map_or(0.0, |x| x.max(beyond.abs())));
+                if farther.square < worst(found, k) * BEYOND {
+                    self.descend(second, farther, to, k, admit, found);
                 }
             }
             None => {}

@@ -1,0 +1,206 @@
+#!/usr/bin/env python3
+"""Opens pages of `brdfit report` in headless Chromium and checks what a reader would notice.
+
+What it does
+    Pages are made of a metal, a plastic, a fabric and a retro-reflector (those beside the checkout are left out where they
+    are absent), of all of them together, and of a plastic whose file and channels have names that would do harm if they were
+    not escaped. Each is opened at the width of a desk and of a phone, light and dark, and on paper. The script exits 1 if
+      - the browser logs anything, shows a dialog, or asks for anything but the page itself;
+      - a figure is missing, or one is blank: fewer than 8 colours, or more than 99.5 % of its pixels of one colour;
+      - anything is wider than the window;
+      - axe-core finds a fault that it calls serious or critical.
+
+How to run it (packages come from scripts/requirements-browser.txt, the browser is Debian's package chromium)
+    python scripts/check_pages.py --brdfit target/release/brdfit
+    python scripts/check_pages.py --brdfit target/release/brdfit --keep folder     # keeps the pages, with a picture of each
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import axe_playwright_python
+import numpy as np
+from PIL import Image
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from common import SHARED_DATA, checked_brdfit
+
+ROOT = Path(__file__).resolve().parents[1]
+CHROMIUM = "/usr/bin/chromium"
+AXE = (Path(axe_playwright_python.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+
+# Name, measurement, and the options of its fits.
+MATERIALS = [
+    ("metal", SHARED_DATA / "mwir/mwir_metals_lacquers.csv", ["-m", "cook-torrance", "-m", "cook-torrance(f=conductor)"]),
+    ("plastic", ROOT / "data/satin-red-paint.csv", ["-m", "lambert", "-m", "lambert + cook-torrance"]),
+    ("fabric", SHARED_DATA / "merl-slices/red-fabric-slice.exr", ["-m", "disney-2012", "--samples", "20000"]),
+    ("retro", SHARED_DATA / "cea-retro/retro-3M-yellow.dat", ["-m", "ashikhmin-shirley + retro"]),
+]
+# A file and channels that a page must only ever show. A name of a file cannot hold a slash.
+HOSTILE_FILE = "<img src=x onerror=alert(1)>&quot;.csv"
+HOSTILE_CHANNELS = ["</script><script>alert(2)</script>", "\"onload='alert(3)'", "b</style><b>&amp;"]
+
+# Kinds of figures that pages have: of several models, and of one.
+OF_SEVERAL = {"front": 2, "sphere": 1, "map": 1, "lobe": 1, "residuals": 1}
+OF_ONE = {"sphere": 1, "map": 1, "lobe": 2, "residuals": 1, "profile": 1, "convergence": 1}
+
+VIEWS = [
+    ("desk", {"width": 1280, "height": 900}, "light"),
+    ("dark", {"width": 1280, "height": 900}, "dark"),
+    ("phone", {"width": 390, "height": 800}, "light"),
+]
+
+faults: list[str] = []
+
+
+def fault(where: str, what: str) -> None:
+    faults.append(f"{where}: {what}")
+    print(f"  FAULT {where}: {what}")
+
+
+def run(*words: str | Path) -> None:
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+    # A fit that is not usable exits 1; its page says so.
+    if done.returncode > 1:
+        sys.exit(f"{' '.join(map(str, words))}\n{done.stderr}")
+
+
+def is_blank(png: bytes) -> bool:
+    """Whether a picture shows next to nothing."""
+    pixels = np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).reshape(-1, 3)
+    _, counts = np.unique(pixels, axis=0, return_counts=True)
+    return len(counts) < 8 or counts.max() > 0.995 * counts.sum()
+
+
+def check_figures(page: Page, where: str, expected: dict[str, int]) -> None:
+    for kind, least in expected.items():
+        found = page.locator(f"figure.{kind}").count()
+        if found < least:
+            fault(where, f"{found} figures of the kind {kind}, at least {least} expected")
+    for drawing in page.locator("figure svg").all():
+        box = drawing.bounding_box()
+        if box is None or box["width"] < 100 or box["height"] < 50:
+            fault(where, f"a figure without room: {box}")
+        elif is_blank(drawing.screenshot()):
+            fault(where, f"a blank figure: {drawing.locator('desc').first.text_content()}")
+    for picture in page.locator(".materials img").all():
+        if is_blank(picture.screenshot()):
+            fault(where, f"a blank picture: {picture.get_attribute('alt')}")
+
+
+def check_width(page: Page, where: str) -> None:
+    wide = page.evaluate(
+        """() => [...document.querySelectorAll('body *')]
+            .filter(e => !e.closest('svg') || e.tagName === 'svg')
+            .filter(e => { const r = e.getBoundingClientRect(); return r.width > 1 && (r.right > innerWidth + 0.5 || r.left < -0.5); })
+            .map(e => e.tagName + '.' + e.getAttribute('class'))"""
+    )
+    if wide or page.evaluate("document.documentElement.scrollWidth > innerWidth"):
+        fault(where, f"wider than the window: {sorted(set(wide))}")
+
+
+def check_access(page: Page, where: str) -> None:
+    page.evaluate(AXE)
+    for violation in page.evaluate("axe.run()")["violations"]:
+        if violation["impact"] in ("serious", "critical"):
+            fault(where, f"axe-core: {violation['id']}, {violation['help']}: {violation['nodes'][0]['html'][:200]}")
+
+
+def check(browser: Browser, name: str, path: Path, expected: dict[str, int], keep: Path | None) -> None:
+    for view, size, scheme in VIEWS:
+        where = f"{name}, {view}"
+        context = browser.new_context(viewport=size, color_scheme=scheme)
+        page = context.new_page()
+        page.on("console", lambda message, where=where: fault(where, f"console: {message.text}"))
+        page.on("pageerror", lambda error, where=where: fault(where, f"error: {error}"))
+
+        def on_dialog(dialog, where=where):
+            fault(where, f"dialog: {dialog.message}")
+            dialog.dismiss()
+
+        page.on("dialog", on_dialog)
+        asked: list[str] = []
+        page.on("request", lambda request, asked=asked: asked.append(request.url))
+        page.goto(path.as_uri())
+        page.evaluate("document.querySelectorAll('details').forEach(e => { e.open = true })")
+        foreign = [url for url in asked if not url.startswith("data:") and url != path.as_uri()]
+        if foreign:
+            fault(where, f"requests: {foreign}")
+        check_width(page, where)
+        check_access(page, where)
+        if view != "dark":
+            check_figures(page, where, expected)
+        if keep:
+            page.screenshot(path=keep / f"{name}-{view}.png", full_page=True)
+        context.close()
+
+
+def hostile_measurement(folder: Path) -> Path:
+    """The plastic, in a file and with channels whose names would do harm."""
+    rows = (ROOT / "data/satin-red-paint.csv").read_text(encoding="utf-8").splitlines()
+    rows = [row for row in rows if not row.startswith("#")]
+    columns = rows[0].split(",")
+    names = dict(zip(["r", "g", "b"], HOSTILE_CHANNELS, strict=True))
+    keep = [k for k, column in enumerate(columns) if column in names or column.startswith(("theta", "phi"))]
+    quoted = ['"' + names.get(columns[k], columns[k]).replace('"', '""') + '"' for k in keep]
+    path = folder / HOSTILE_FILE
+    lines = [",".join(quoted)] + [",".join(row.split(",")[k] for k in keep) for row in rows[1:]]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--brdfit", metavar="PATH", help="the program")
+    parser.add_argument("--keep", metavar="FOLDER", type=Path, help="keep the pages here, with a picture of each")
+    arguments = parser.parse_args()
+    brdfit = checked_brdfit(parser, arguments.brdfit)
+    if not shutil.which(CHROMIUM):
+        sys.exit(f"{CHROMIUM}: not found; it is Debian's package chromium")
+    if arguments.keep:
+        arguments.keep.mkdir(parents=True, exist_ok=True)
+
+    with tempfile.TemporaryDirectory() as temporary, sync_playwright() as playwright:
+        folder = Path(temporary)
+        materials = [(name, path, options) for name, path, options in MATERIALS if path.exists()]
+        for name, path, _ in MATERIALS:
+            if not path.exists():
+                print(f"skipped: {name}, {path} is absent")
+        materials.append(("hostile", hostile_measurement(folder), ["-m", "lambert + cook-torrance"]))
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        reports = []
+        for name, path, options in materials:
+            report, page = folder / f"{name}.json", folder / f"{name}.html"
+            run(brdfit, "fit", path, *options, "-q", "-o", report)
+            began = time.monotonic()
+            run(brdfit, "report", report, "-o", page)
+            took = time.monotonic() - began
+            reports.append(report)
+            several = len(json.loads(report.read_text(encoding="utf-8")).get("reports", [])) > 1
+            print(f"{name}: {page.stat().st_size / 1e6:.2f} MB in {took:.1f} s")
+            check(browser, name, page, OF_SEVERAL if several else OF_ONE, arguments.keep)
+            text = page.read_text(encoding="utf-8")
+            if str(path.parent) in text or "<script" in text:
+                fault(name, "a folder's name or a script in the page")
+            if arguments.keep:
+                shutil.copy(page, arguments.keep)
+        together = folder / "all.html"
+        run(brdfit, "report", *reports[:-1], "-o", together)
+        check(browser, "all", together, {}, arguments.keep)
+        browser.close()
+    if faults:
+        sys.exit(f"{len(faults)} faults")
+    print("no faults")
+
+
+if __name__ == "__main__":
+    main()
