@@ -121,6 +121,8 @@ pub mod health;
 #[doc(hidden)]
 pub mod image;
 #[doc(hidden)]
+pub mod lines;
+#[doc(hidden)]
 pub mod math;
 #[doc(hidden)]
 pub mod scene;

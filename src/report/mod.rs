@@ -11,6 +11,7 @@
 mod open;
 mod read;
 mod record;
+mod summary;
 mod text;
 
 pub use open::{Criterion, Named, Open, ParameterStatus, StopReason};
@@ -21,7 +22,8 @@ pub use record::{
     SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord, WorstRecord,
     schema,
 };
-pub use text::table;
+pub use summary::SummaryRow;
+pub use text::{lines, table};
 
 use crate::error::Error;
 use crate::fit::{Fit, Metric};
