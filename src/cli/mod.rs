@@ -93,3 +93,14 @@ fn one_line(message: &str) -> String {
     let joined = lines.collect::<Vec<_>>().join(" ");
     if joined.contains("--help") { joined } else { format!("{joined} (see brdfit --help)") }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Names of options occur once per subcommand, defaults are values that are accepted, and more that clap tests.
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}
