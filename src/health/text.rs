@@ -55,9 +55,9 @@ fn write_model(text: &mut Lines, health: &ModelHealth) -> std::fmt::Result {
         writeln!(text, "  least f      {:.4e} 1/sr, at {} deg", least.value, written(&least.at_deg))?;
         let every = channel.albedo.iter().filter(|a| a.phi_i_deg == 0.0);
         let angles = every.clone().map(|a| right(a.theta_i_deg.to_string(), 9));
-        text.row(Role::Plain, 2, [left("theta_i, deg", 12)].into_iter().chain(angles));
+        text.row(Role::Plain, 2, [left("theta_i, deg", 13)].into_iter().chain(angles));
         let values = every.map(|a| right(or_dash(a.value), 9));
-        text.row(Role::Plain, 2, [left("albedo", 12)].into_iter().chain(values));
+        text.row(Role::Plain, 2, [left("albedo", 13)].into_iter().chain(values));
         writeln!(text, "  furnace      {}", albedo(&channel.furnace))?;
         let e = &channel.extremes;
         writeln!(

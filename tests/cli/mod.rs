@@ -19,6 +19,7 @@ mod render;
 mod report;
 mod select;
 mod synth;
+mod terminal;
 mod tradeoff;
 
 use crate::common::{Folder, Run};
