@@ -138,7 +138,7 @@ impl Reports {
             if !best.is_empty() {
                 let headings = [criterion, "over noise", "warnings"].map(str::to_owned);
                 let model = if is_ranked { "best model" } else { "model" };
-                text.row(Role::Heading, 2, row("input", headings, "", model));
+                text.row(Role::Heading, 2, row("input", headings, "verdict", model));
             }
             for Ranked { rank, report, .. } in &best {
                 let over_noise = report.misfit.as_ref().and_then(|misfit| misfit.ratio);

@@ -11,7 +11,7 @@ const HANG: usize = 2;
 /// Blanks between the columns of a folded table.
 const GAP: usize = 2;
 /// Text that begins at most this far from the left, after a label and two blanks, is continued where it begins.
-const FARTHEST_HANG: usize = 20;
+const FARTHEST_HANG: usize = 16;
 
 /// The lines folded at `width` columns, each with the role of the line that it is part of. A word that is wider stays whole, so
 /// that paths and check sums can be copied.
@@ -73,21 +73,18 @@ fn table(rows: &[Line], width: usize) -> Vec<(Role, String)> {
     let columns = columns(rows);
     let indent = rows.iter().map(|row| row.text.len() - row.text.trim_start().len()).min().unwrap_or(0);
     let parts = parts(&columns, width.saturating_sub(indent));
-    let mut folded = Vec::new();
-    for row in rows {
-        for (index, part) in parts.iter().enumerate() {
-            let indent = indent + if index == 0 { 0 } else { HANG };
-            let text = part_of_row(row, part, &columns, indent);
-            if display_width(&text) <= width {
-                // A part without content takes no line.
-                folded.extend((!text.is_empty()).then_some((row.role, text)));
-            } else {
-                let lines = hung(text.trim_start(), indent, indent + HANG, width);
-                folded.extend(lines.into_iter().map(|line| (row.role, line)));
-            }
-        }
+    let part_of = |row: &Line, index: usize, part: &[usize]| -> Vec<(Role, String)> {
+        let indent = indent + if index == 0 { 0 } else { HANG };
+        part_of_row(row, part, &columns, indent, width).into_iter().map(|line| (row.role, line)).collect()
+    };
+    let parts = || parts.iter().enumerate();
+    if rows.len() == 2 {
+        // Each heading stands above its value.
+        return parts()
+            .flat_map(|(n, part)| rows.iter().flat_map(move |row| part_of(row, n, part)))
+            .collect();
     }
-    folded
+    rows.iter().flat_map(|row| parts().flat_map(|(n, part)| part_of(row, n, part))).collect()
 }
 
 /// The columns of a table, each as wide as its widest cell.
@@ -105,16 +102,18 @@ fn columns(rows: &[Line]) -> Vec<Column> {
     columns
 }
 
-/// Which columns stand on each line of a row, as many as fit. A column of names has a line to itself, so that they stand out.
+/// Which columns stand on each line of a row, as many as fit. A column of names has a line to itself, so that they stand out, and
+/// the last column, if it is text, may be wrapped beside the others where half of the width is left for it.
 fn parts(columns: &[Column], width: usize) -> Vec<Vec<usize>> {
     let filled = || columns.iter().enumerate().filter(|(_, column)| column.width > 0);
     let all = filled().map(|(_, column)| column.width + GAP).sum::<usize>().saturating_sub(GAP);
     let is_of_names = |column: &Column| column.side == Side::Left && column.width > width / 4;
     let names_alone = all > width && columns.first().is_some_and(is_of_names);
     let mut parts: Vec<Vec<usize>> = Vec::new();
-    let mut room = 0;
+    let mut room: usize = 0;
     for (index, column) in filled() {
-        let needed = GAP + column.width;
+        let may_be_wrapped = index + 1 == columns.len() && column.side == Side::Left;
+        let needed = GAP + if may_be_wrapped { column.width.min(width / 2) } else { column.width };
         match parts.last_mut().filter(|_| needed <= room) {
             Some(part) => {
                 part.push(index);
@@ -133,20 +132,30 @@ fn parts(columns: &[Column], width: usize) -> Vec<Vec<usize>> {
     parts
 }
 
-/// The cells of a row that stand on one line, padded to their columns; empty if none of them has any text.
-fn part_of_row(row: &Line, part: &[usize], columns: &[Column], indent: usize) -> String {
-    let mut text = " ".repeat(indent);
+/// The cells of a row that stand side by side, padded to their columns; nothing if none of them has any text. Only the last may be
+/// too wide: it is wrapped.
+fn part_of_row(row: &Line, part: &[usize], columns: &[Column], indent: usize, width: usize) -> Vec<String> {
+    let mut text = String::new();
+    let mut last = 0;
     for (place, index) in part.iter().enumerate() {
         let Some(column) = columns.get(*index) else { continue };
         let cell = row.cells.get(*index).map_or("", |cell| cell.text.trim());
         let padding = " ".repeat(column.width.saturating_sub(display_width(cell)));
         text += &" ".repeat(if place == 0 { 0 } else { GAP });
+        last = display_width(&text);
         text += &match column.side {
             Side::Left => format!("{cell}{padding}"),
             Side::Right => format!("{padding}{cell}"),
         };
     }
-    text.trim_end().to_owned()
+    let text = text.trim_end();
+    if text.is_empty() {
+        return Vec::new();
+    }
+    if indent + display_width(text) <= width {
+        return vec![" ".repeat(indent) + text];
+    }
+    hung(text, indent, indent + if last > 0 { last } else { HANG }, width)
 }
 
 #[cfg(test)]
@@ -210,5 +219,23 @@ b.m
         lines.row(Role::Plain, 0, [left("a", 20), right("1", 20), free("x")]);
         lines.row(Role::Plain, 0, [left("bb", 20), right("22", 20), free("y")]);
         assert_eq!(folded_text(&lines, 20), "a    1  x\nbb  22  y\n");
+    }
+
+    #[test]
+    fn text_in_the_last_column_is_wrapped_below_itself() {
+        let mut lines = Lines::default();
+        for value in ["0.1", "0.2", "0.3"] {
+            lines.row(Role::Plain, 2, [right(value, 8), free("one + two + three")]);
+        }
+        let row = |value: &str| format!("  {value}  one + two\n       + three\n");
+        assert_eq!(folded_text(&lines, 18), ["0.1", "0.2", "0.3"].map(row).concat());
+    }
+
+    #[test]
+    fn the_heading_of_a_single_row_stands_above_each_value() {
+        let mut lines = Lines::default();
+        lines.row(Role::Heading, 0, ["first", "second", "third"].map(|name| right(name, 9)));
+        lines.row(Role::Plain, 0, ["1", "2", "3"].map(|value| right(value, 9)));
+        assert_eq!(folded_text(&lines, 14), "first  second\n    1       2\n  third\n      3\n");
     }
 }
