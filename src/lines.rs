@@ -72,6 +72,8 @@ pub struct Line {
     pub text: String,
     /// The cells of a table's row; empty for running text.
     pub cells: Vec<Cell>,
+    /// Number of blanks before the first cell.
+    pub indent: usize,
 }
 
 /// Lines of text. Running text is written to them by `write!` and `writeln!`, a table [`row`](Lines::row) by row.
@@ -111,14 +113,8 @@ impl Lines {
             };
         }
         text.truncate(text.trim_end().len());
-        self.lines.push(Line { role, text, cells });
+        self.lines.push(Line { role, text, cells, indent });
         self.open = false;
-    }
-
-    /// Adds all lines of another text.
-    pub fn append(&mut self, other: Self) {
-        self.lines.extend(other.lines);
-        self.open = other.open;
     }
 
     /// Every line.
@@ -143,7 +139,7 @@ impl fmt::Write for Lines {
                 None => self.lines.push(Line {
                     role: self.role,
                     text: content.unwrap_or(piece).to_owned(),
-                    cells: Vec::new(),
+                    ..Line::default()
                 }),
             }
             self.open = content.is_none();

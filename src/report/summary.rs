@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 
 /// One parameter of one fit, a row of the table that `brdfit fit --summary` writes. docs/use/report.md describes the columns.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct SummaryRow<'a> {
     /// The path of the measurement, as given.
     pub file: &'a str,

@@ -71,7 +71,7 @@ fn table(rows: &[Line], width: usize) -> Vec<(Role, String)> {
         return rows.iter().map(|row| (row.role, row.text.clone())).collect();
     }
     let columns = columns(rows);
-    let indent = rows.iter().map(|row| row.text.len() - row.text.trim_start().len()).min().unwrap_or(0);
+    let indent = rows.iter().map(|row| row.indent).min().unwrap_or(0);
     let parts = parts(&columns, width.saturating_sub(indent));
     let part_of = |row: &Line, index: usize, part: &[usize]| -> Vec<(Role, String)> {
         let indent = indent + if index == 0 { 0 } else { HANG };
@@ -228,7 +228,7 @@ b.m
             lines.row(Role::Plain, 2, [right(value, 8), free("one + two + three")]);
         }
         let row = |value: &str| format!("  {value}  one + two\n       + three\n");
-        assert_eq!(folded_text(&lines, 18), ["0.1", "0.2", "0.3"].map(row).concat());
+        assert_eq!(folded_text(&lines, 17), ["0.1", "0.2", "0.3"].map(row).concat());
     }
 
     #[test]
