@@ -122,6 +122,8 @@ pub mod health;
 #[doc(hidden)]
 pub mod image;
 #[doc(hidden)]
+pub mod lines;
+#[doc(hidden)]
 pub mod math;
 #[cfg(feature = "page")]
 #[doc(hidden)]

@@ -1,9 +1,11 @@
 //! Printing messages, reports and tables.
 
+use super::terminal::{Terminal, write_shown};
 use brdfit::Error;
 use brdfit::error::OptionName;
-use brdfit::report::{Report, WarningRecord, table};
-use std::io::Write as _;
+use brdfit::lines::Lines;
+use brdfit::report::{Report, WarningRecord, lines};
+use std::io::{self, Write as _};
 
 /// The message of an error, with options spelled as on the command line.
 pub fn message(error: &Error) -> String {
@@ -20,10 +22,11 @@ pub fn complain(message: &str) {
     remark(&format!("error: {}", message.strip_prefix("error: ").unwrap_or(message)));
 }
 
-/// Prints one line on standard error.
+/// Prints one line on standard error, several on a terminal that is narrower.
 pub fn remark(message: &str) {
+    let shown = Terminal::error().message(&message.replace(['\n', '\r'], " "));
     // If standard error is closed, the message is lost.
-    let _ = writeln!(std::io::stderr(), "{}", message.replace(['\n', '\r'], " "));
+    let _ = write_shown(io::stderr(), &shown);
 }
 
 /// Prints a report: the table, and the warnings on standard error. With `one_of_several` reports each warning names
@@ -33,7 +36,7 @@ pub fn show(report: &Report, as_table: bool, quiet: bool, one_of_several: bool) 
         return Ok(());
     }
     if as_table {
-        say(&table(report))?;
+        say(&lines(report))?;
     }
     let whose =
         if one_of_several { format!("{}: {}: ", report.data.path, report.model) } else { String::new() };
@@ -49,11 +52,22 @@ fn hint(warning: &WarningRecord) -> String {
     if options.is_empty() { String::new() } else { format!(" ({})", options.join(", ")) }
 }
 
-/// Prints to standard output; a closed pipe (`brdfit models | head`) ends quietly.
-pub fn say(text: &str) -> Result<(), Error> {
-    let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+/// Prints text for people to standard output: folded and with colour if that is a terminal. A closed pipe
+/// (`brdfit models | head`) ends quietly.
+pub fn say(text: &Lines) -> Result<(), Error> {
+    printed(write_shown(io::stdout(), &Terminal::output().shown(text)))
+}
+
+/// Prints data for programs, such as JSON and CSV, to standard output as they are. A closed pipe ends quietly.
+pub fn emit(text: &str) -> Result<(), Error> {
+    let mut stdout = io::stdout().lock();
+    printed(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()))
+}
+
+/// What became of printing to standard output.
+fn printed(result: io::Result<()>) -> Result<(), Error> {
+    match result {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Error::write("standard output".as_ref())(error))
         }
         _ => Ok(()),

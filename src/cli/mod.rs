@@ -6,14 +6,18 @@ mod options;
 mod outcome;
 mod output;
 mod progress;
+mod terminal;
 
 use clap::error::ErrorKind;
-use clap::{CommandFactory as _, Parser};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser};
 use commands::{Command, run};
 use messages::{complain, message};
 use outcome::BAD_INPUT;
-use std::io::Write as _;
 use std::process::ExitCode;
+use terminal::Terminal;
+
+/// Help is wrapped at this width at most: longer lines are hard to read.
+const WIDEST_HELP: usize = 100;
 
 /// Fits analytic BRDF models to measured reflectance, and says how sure it is.
 #[derive(Parser)]
@@ -32,7 +36,7 @@ pub fn main() -> ExitCode {
         ));
         return ExitCode::from(BAD_INPUT);
     }
-    let arguments = match Arguments::try_parse() {
+    let arguments = match parse() {
         Ok(arguments) => arguments,
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let names: Vec<String> =
@@ -46,17 +50,25 @@ pub fn main() -> ExitCode {
         }
         Err(help) => {
             // The user requested help or the version; a closed pipe is not an error.
-            let _ = write!(std::io::stdout(), "{help}");
+            let _ = help.print();
             return ExitCode::SUCCESS;
         }
     };
-    match run(&arguments.command) {
+    match run(&arguments.command, Arguments::command) {
         Ok(outcome) => outcome.into(),
         Err(error) => {
             complain(&message(&error));
             ExitCode::from(BAD_INPUT)
         }
     }
+}
+
+/// Parses the command line. Help is wrapped at the width of the terminal; a pipe gets it as it is.
+fn parse() -> Result<Arguments, clap::Error> {
+    // For clap 0 is no width at all.
+    let width = Terminal::output().width().map_or(0, |width| width.min(WIDEST_HELP));
+    let matches = Arguments::command().term_width(width).try_get_matches()?;
+    Arguments::from_arg_matches(&matches)
 }
 
 /// The sum of models that follows `-m` without quotes, such as `-m lambert + cook-torrance`; `None` if there is none.
@@ -80,4 +92,15 @@ fn one_line(message: &str) -> String {
         .filter(|line| !line.is_empty());
     let joined = lines.collect::<Vec<_>>().join(" ");
     if joined.contains("--help") { joined } else { format!("{joined} (see brdfit --help)") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Names of options occur once per subcommand, defaults are values that are accepted, and more that clap tests.
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
 }

@@ -12,7 +12,7 @@ mod table;
 
 pub use closed_form::from_two_backings;
 pub use fit::{Fitted, Quantity, Remark, fit};
-pub use record::{Record, SCHEMA, text};
+pub use record::{Record, SCHEMA, lines, text};
 pub use table::{Drawdown, Patch, Series, read, read_file};
 
 /// The surface of the film, Saunderson's k1 and k2. Both are 0 for a film without a reflecting surface.

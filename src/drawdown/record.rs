@@ -1,7 +1,9 @@
 //! The report of `brdfit kubelka-munk`; docs/use/kubelka-munk.md describes it field by field.
 
 use super::{Drawdown, Fitted, Quantity, Surface};
+use crate::lines::{Lines, Role, left, right};
 use serde::Serialize;
+use std::fmt::Write as _;
 
 /// Name of the schema.
 pub const SCHEMA: &str = "brdfit.kubelka-munk/1";
@@ -160,32 +162,44 @@ impl Record {
 /// The report as a table.
 #[must_use]
 pub fn text(record: &Record, thickness_known: bool) -> String {
+    lines(record, thickness_known).to_string()
+}
+
+/// The lines of [`text`].
+#[must_use]
+pub fn lines(record: &Record, thickness_known: bool) -> Lines {
+    Lines::of(|text| write(text, record, thickness_known))
+}
+
+fn write(text: &mut Lines, record: &Record, thickness_known: bool) -> std::fmt::Result {
     let data = &record.data;
-    let mut text = format!("{} ({}, {} channels)\n", data.path, data.format, data.channels.len());
-    text += &format!("{} reflectances in {} rows", data.reflectances, data.rows);
-    text += &match (record.options.k1, record.options.k2) {
-        (k1, k2) if k1 > 0.0 || k2 > 0.0 => format!("; surface k1 = {k1:.4}, k2 = {k2:.4}\n"),
-        _ => "; no surface reflection\n".to_owned(),
+    writeln!(text.as_a(Role::Title), "{} ({}, {} channels)", data.path, data.format, data.channels.len())?;
+    let surface = match (record.options.k1, record.options.k2) {
+        (k1, k2) if k1 > 0.0 || k2 > 0.0 => format!("surface k1 = {k1:.4}, k2 = {k2:.4}"),
+        _ => "no surface reflection".to_owned(),
     };
-    text += if thickness_known {
-        "K and S per unit of thickness\n\n"
+    writeln!(text, "{} reflectances in {} rows; {surface}", data.reflectances, data.rows)?;
+    let unit = if thickness_known {
+        "K and S per unit of thickness"
     } else {
-        "unknown thickness X: the columns K and S hold KX and SX\n\n"
+        "unknown thickness X: the columns K and S hold KX and SX"
     };
-    text += &format!("{:<12}{:^27}{:^27}{:^27}{:>9}{:>10}\n", "channel", "K", "S", "K/S", "R_inf", "rms");
+    writeln!(text, "{unit}\n")?;
+    let row = |channel: &str, quantities: [String; 3], r_inf: String, rms: String| {
+        let quantities = quantities.map(|quantity| left(quantity.trim_end(), 26));
+        [left(channel, 11)].into_iter().chain(quantities).chain([right(r_inf, 9), right(rms, 9)])
+    };
+    let headings = ["K", "S", "K/S"].map(|name| format!("{name:^27}"));
+    text.row(Role::Heading, 0, row("channel", headings, "R_inf".to_owned(), "rms".to_owned()));
     for c in &record.channels {
         let r_inf = c.r_inf.map_or_else(|| "-".to_owned(), |q| format!("{:.4}", q.value));
-        text += &format!(
-            "{:<12}{}{}{}{:>9}{:>10.1e}\n",
-            c.channel,
-            number(c.k),
-            number(c.s),
-            number(c.k_over_s),
-            r_inf,
-            c.rms
+        text.row(
+            Role::Plain,
+            0,
+            row(&c.channel, [c.k, c.s, c.k_over_s].map(number), r_inf, format!("{:.1e}", c.rms)),
         );
     }
-    text
+    Ok(())
 }
 
 /// A value with its standard error as text.

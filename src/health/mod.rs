@@ -21,7 +21,7 @@ pub use measured::{MeasuredAlbedo, MeasuredChannel, MeasurementHealth, Negative,
 pub use numerics::{Digits, Kept, LeastKept, Unfinished};
 pub use physics::{Albedo, Extreme, Reciprocity};
 pub use quadrature::{Integral, Quadrature, directional_albedo};
-pub use text::{measurement_table, model_table};
+pub use text::{measurement_lines, measurement_table, model_lines, model_table};
 
 use crate::model::Expression;
 use crate::parameters::{ParameterTable, ParameterValue};

@@ -1,6 +1,7 @@
 //! The result of a check as a table.
 
 use super::{Albedo, Finding, Kept, MeasurementHealth, ModelHealth, written};
+use crate::lines::{Lines, Role, free, left, right};
 use std::fmt::Write as _;
 
 /// Largest number of parameters or channels that are listed.
@@ -9,32 +10,40 @@ const LISTED: usize = 12;
 /// The result of checking a model as a table, ending in a newline.
 #[must_use]
 pub fn model_table(health: &ModelHealth) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = write_model(&mut text, health);
-    text
+    model_lines(health).to_string()
+}
+
+/// The lines of [`model_table`].
+#[must_use]
+pub fn model_lines(health: &ModelHealth) -> Lines {
+    Lines::of(|text| write_model(text, health))
 }
 
 /// The result of checking a measurement as a table, ending in a newline.
 #[must_use]
 pub fn measurement_table(health: &MeasurementHealth) -> String {
-    let mut text = String::new();
-    let _ = write_measurement(&mut text, health);
-    text
+    measurement_lines(health).to_string()
 }
 
-fn write_model(text: &mut String, health: &ModelHealth) -> std::fmt::Result {
+/// The lines of [`measurement_table`].
+#[must_use]
+pub fn measurement_lines(health: &MeasurementHealth) -> Lines {
+    Lines::of(|text| write_measurement(text, health))
+}
+
+fn write_model(text: &mut Lines, health: &ModelHealth) -> std::fmt::Result {
     if let Some(path) = &health.path {
-        writeln!(text, "{path}")?;
+        writeln!(text.as_a(Role::Title), "{path}")?;
     }
-    writeln!(text, "{}", health.model)?;
+    writeln!(text.as_a(Role::Title), "{}", health.model)?;
     for p in health.parameters.iter().take(LISTED) {
         let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
-        writeln!(text, "  {:<28} {}{unit}", p.name, p.value)?;
+        text.row(Role::Plain, 2, [left(&*p.name, 28), left(format!("{}{unit}", p.value), 0)]);
     }
     more(text, health.parameters.len())?;
     for channel in health.channels.iter().take(LISTED) {
-        writeln!(text, "\nchannel {}", channel.name)?;
+        writeln!(text)?;
+        writeln!(text.as_a(Role::Heading), "channel {}", channel.name)?;
         let r = &channel.reciprocity;
         let at = if r.largest > 0.0 { format!(", at {} deg", written(&r.at_deg)) } else { String::new() };
         writeln!(
@@ -45,9 +54,10 @@ fn write_model(text: &mut String, health: &ModelHealth) -> std::fmt::Result {
         let least = &channel.least;
         writeln!(text, "  least f      {:.4e} 1/sr, at {} deg", least.value, written(&least.at_deg))?;
         let every = channel.albedo.iter().filter(|a| a.phi_i_deg == 0.0);
-        let angles: Vec<String> = every.clone().map(|a| format!("{:>10}", a.theta_i_deg)).collect();
-        let values: Vec<String> = every.map(|a| format!("{:>10}", or_dash(a.value))).collect();
-        writeln!(text, "  theta_i, deg {}\n  albedo       {}", angles.join(""), values.join(""))?;
+        let angles = every.clone().map(|a| right(a.theta_i_deg.to_string(), 9));
+        text.row(Role::Plain, 2, [left("theta_i, deg", 13)].into_iter().chain(angles));
+        let values = every.map(|a| right(or_dash(a.value), 9));
+        text.row(Role::Plain, 2, [left("albedo", 13)].into_iter().chain(values));
         writeln!(text, "  furnace      {}", albedo(&channel.furnace))?;
         let e = &channel.extremes;
         writeln!(
@@ -72,7 +82,7 @@ fn write_model(text: &mut String, health: &ModelHealth) -> std::fmt::Result {
     verdict(text, health.sound, &health.findings)
 }
 
-fn more(text: &mut String, count: usize) -> std::fmt::Result {
+fn more(text: &mut Lines, count: usize) -> std::fmt::Result {
     if count > LISTED { writeln!(text, "  and {} more: see --json", count - LISTED) } else { Ok(()) }
 }
 
@@ -92,17 +102,19 @@ fn digits(kept: &Kept) -> String {
     }
 }
 
-fn verdict(text: &mut String, sound: bool, findings: &[Finding]) -> std::fmt::Result {
+fn verdict(text: &mut Lines, sound: bool, findings: &[Finding]) -> std::fmt::Result {
     for finding in findings.iter().filter(|finding| finding.breaks) {
         let channel =
             finding.channel.as_ref().map_or_else(String::new, |channel| format!(" (channel {channel})"));
-        writeln!(text, "{}: {}{channel}", finding.kind, finding.text)?;
+        writeln!(text.as_a(Role::Bad), "{}: {}{channel}", finding.kind, finding.text)?;
     }
-    writeln!(text, "{}", if sound { "sound" } else { "BREAKS PHYSICS" })
+    let (role, word) = if sound { (Role::Good, "sound") } else { (Role::Bad, "BREAKS PHYSICS") };
+    writeln!(text.as_a(role), "{word}")
 }
 
-fn write_measurement(text: &mut String, health: &MeasurementHealth) -> std::fmt::Result {
-    writeln!(text, "{} ({}), {} samples", health.path, health.format, health.samples)?;
+fn write_measurement(text: &mut Lines, health: &MeasurementHealth) -> std::fmt::Result {
+    let (path, format, samples) = (&health.path, &health.format, health.samples);
+    writeln!(text.as_a(Role::Title), "{path} ({format}), {samples} samples")?;
     match health.reciprocity {
         Some(rms) => writeln!(
             text,
@@ -113,11 +125,12 @@ fn write_measurement(text: &mut String, health: &MeasurementHealth) -> std::fmt:
         None if health.format == "merl" => writeln!(text, "reciprocity  assumed by the table")?,
         None => writeln!(text, "reciprocity  no pair of directions was measured both ways")?,
     }
-    writeln!(
-        text,
-        "\n{:<10} {:>12} {:>9} {:>13}  largest albedo",
-        "channel", "smallest", "negative", "beyond noise"
-    )?;
+    let row = |channel: &str, [smallest, negative, beyond]: [String; 3], albedo: String| {
+        [left(channel, 10), right(smallest, 12), right(negative, 9), right(beyond, 13), free(albedo)]
+    };
+    writeln!(text)?;
+    let headings = ["smallest", "negative", "beyond noise"].map(str::to_owned);
+    text.row(Role::Heading, 0, row("channel", headings, "largest albedo".to_owned()));
     for channel in health.channels.iter().take(LISTED) {
         let n = &channel.negative;
         let most = channel.albedo.iter().flatten().max_by(|a, b| a.value.total_cmp(&b.value));
@@ -128,11 +141,8 @@ fn write_measurement(text: &mut String, health: &MeasurementHealth) -> std::fmt:
                 format!("{:.4} +/- {:.1e}, at theta_i from {low} to {high} deg", a.value, a.error)
             },
         );
-        writeln!(
-            text,
-            "{:<10} {:>12.6} {:>9} {:>13}  {most}",
-            channel.name, n.least, n.values, n.beyond_noise
-        )?;
+        let numbers = [format!("{:.6}", n.least), n.values.to_string(), n.beyond_noise.to_string()];
+        text.row(Role::Plain, 0, row(&channel.name, numbers, most));
     }
     more(text, health.channels.len())?;
     writeln!(text)?;

@@ -11,6 +11,7 @@
 mod open;
 mod read;
 mod record;
+mod summary;
 mod text;
 
 pub use open::{Criterion, Named, Open, ParameterStatus, StopReason};
@@ -21,9 +22,10 @@ pub use record::{
     SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord, WorstRecord,
     schema,
 };
-pub use text::table;
+pub use summary::SummaryRow;
 #[cfg(feature = "page")]
 pub(crate) use text::{digits, full_name, misfit_in_words, or_dash, with_error};
+pub use text::{lines, table};
 
 use crate::error::Error;
 use crate::fit::{Fit, Metric};

@@ -3,6 +3,7 @@
 use super::{ErrorRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord};
 use crate::error::listed;
 use crate::fit::{Method, Metric, Worst};
+use crate::lines::{Lines, Role, free, left, right};
 use crate::model::Unit;
 use std::fmt::Write as _;
 
@@ -10,23 +11,31 @@ use std::fmt::Write as _;
 const LISTED_CORRELATION: f64 = 0.9;
 /// Largest number of correlations that are listed.
 const LISTED: usize = 10;
+/// Widths of the columns of parameters.
+const NAME: usize = 28;
+const VALUE: usize = 32;
+const INITIAL: usize = 10;
 
 /// The report as text that ends in a newline.
 #[must_use]
 pub fn table(report: &Report) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = write(&mut text, report);
-    text
+    lines(report).to_string()
 }
 
-fn write(text: &mut String, report: &Report) -> std::fmt::Result {
+/// The lines of [`table`].
+#[doc(hidden)]
+#[must_use]
+pub fn lines(report: &Report) -> Lines {
+    Lines::of(|text| write(text, report))
+}
+
+fn write(text: &mut Lines, report: &Report) -> std::fmt::Result {
     let data = &report.data;
     let channels = match (data.wavelengths_nm.as_deref(), data.channels.as_slice()) {
         (Some([first, .., last]), names) => format!("{} wavelengths {first}..{last} nm", names.len()),
         (_, names) => format!("channels {}", names.join(", ")),
     };
-    writeln!(text, "{} ({}, {channels})", data.path, data.format)?;
+    writeln!(text.as_a(Role::Title), "{} ({}, {channels})", data.path, data.format)?;
     let dropped: Vec<String> = data.dropped.iter().map(|(reason, n)| format!("{n} {reason}")).collect();
     let dropped =
         if dropped.is_empty() { String::new() } else { format!("; left out: {}", dropped.join(", ")) };
@@ -38,7 +47,7 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     for remark in &data.remarks {
         writeln!(text, "{remark}")?;
     }
-    writeln!(text, "{}", report.model)?;
+    writeln!(text.as_a(Role::Title), "{}", report.model)?;
     let unused = if report.filters.sigma_unused { " (standard deviations of the file not used)" } else { "" };
     writeln!(
         text,
@@ -46,16 +55,17 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         report.metric, report.filters.weights, report.filters.max_theta_deg
     )?;
     writeln!(text)?;
-    parameters(text, report)?;
+    parameters(text, report);
     for derived in &report.derived {
         let name = full_name(&derived.name, derived.channel.as_deref());
-        writeln!(text, "{name:<28} {}", with_error(derived.value, derived.std_error, ""))?;
+        let value = with_error(derived.value, derived.std_error, "");
+        text.row(Role::Plain, 0, [left(name, NAME), left(value, VALUE)]);
     }
     correlations(text, report)?;
     errors(text, report)?;
     let t = &report.termination;
     writeln!(
-        text,
+        text.as_a(if t.usable { Role::Good } else { Role::Bad }),
         "{}: {}, {} iterations, {:.3} s",
         if t.usable { "usable" } else { "NOT USABLE" },
         t.reason,
@@ -110,18 +120,22 @@ pub(crate) fn digits(value: f64, kept: usize) -> String {
     format!("{value:.decimals$}")
 }
 
-fn parameters(text: &mut String, report: &Report) -> std::fmt::Result {
-    writeln!(text, "{:<28} {:<32} {:>10}", "parameter", "value +/- standard error", "initial")?;
+fn parameters(text: &mut Lines, report: &Report) {
+    let heading =
+        [left("parameter", NAME), left("value +/- standard error", VALUE), right("initial", INITIAL)];
+    text.row(Role::Heading, 0, heading);
     for p in &report.parameters {
         let name = full_name(&format!("{}.{}", p.lobe, p.name), p.channel.as_deref());
         let unit = if p.unit == Unit::One { String::new() } else { format!(" {}", p.unit) };
         let value = with_error(p.value, p.std_error, &unit);
-        let fitted =
-            ![ParameterStatus::Fixed, ParameterStatus::Absent].iter().any(|status| p.status == *status);
+        let is = |statuses: [ParameterStatus; 2]| statuses.iter().any(|status| p.status == *status);
+        let fitted = !is([ParameterStatus::Fixed, ParameterStatus::Absent]);
         let initial = if fitted { digits(p.initial, 4) } else { String::new() };
-        writeln!(text, "{}", format!("{name:<28} {value:<32} {initial:>10}  {}", remark(p)).trim_end())?;
+        let at_bound = is([ParameterStatus::AtLower, ParameterStatus::AtUpper]);
+        let role = if at_bound { Role::Caution } else { Role::Plain };
+        let cells = [left(name, NAME), left(value, VALUE), right(initial, INITIAL), free(remark(p))];
+        text.row(role, 0, cells);
     }
-    Ok(())
 }
 
 /// A remark on the status of a parameter.
@@ -133,7 +147,7 @@ fn remark(p: &Parameter) -> &str {
     }
 }
 
-fn correlations(text: &mut String, report: &Report) -> std::fmt::Result {
+fn correlations(text: &mut Lines, report: &Report) -> std::fmt::Result {
     let Some(correlation) = &report.correlation else { return Ok(()) };
     let mut pairs: Vec<(f64, &str, &str)> = Vec::new();
     for (i, (a, row)) in correlation.parameters.iter().zip(&correlation.matrix).enumerate() {
@@ -143,10 +157,11 @@ fn correlations(text: &mut String, report: &Report) -> std::fmt::Result {
     }
     pairs.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
     if !pairs.is_empty() {
-        writeln!(text, "\ncorrelations above {LISTED_CORRELATION}:")?;
+        writeln!(text)?;
+        writeln!(text.as_a(Role::Heading), "correlations above {LISTED_CORRELATION}:")?;
     }
     for (c, a, b) in pairs.iter().take(LISTED) {
-        writeln!(text, "  {c:+.4}  {a}  {b}")?;
+        text.row(Role::Plain, 2, [left(format!("{c:+.4}"), 0), free(*a), free(*b)]);
     }
     if pairs.len() > LISTED {
         writeln!(text, "  and {} more", pairs.len() - LISTED)?;
@@ -187,7 +202,7 @@ pub(crate) fn misfit_in_words(misfit: &MisfitRecord) -> String {
     format!("residuals: {what}{worst}")
 }
 
-fn errors(text: &mut String, report: &Report) -> std::fmt::Result {
+fn errors(text: &mut Lines, report: &Report) -> std::fmt::Result {
     let e = &report.errors;
     let (log_ratio, relative) = (or_dash(e.log_ratio), or_dash(e.relative));
     writeln!(text, "\nerrors: {}, log_ratio {log_ratio}, relative {relative}", metrics(e))?;

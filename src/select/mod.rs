@@ -21,7 +21,7 @@ pub use fits::DRAWN;
 pub use importance::COVERED_SHARE;
 pub use rendered::{ModelAt, Rendered, render};
 pub use seen::SeenMap;
-pub use text::{name, table};
+pub use text::{lines, name, table};
 
 use crate::error::{Error, OptionName, Place};
 use crate::fit::Options;

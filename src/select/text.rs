@@ -1,20 +1,24 @@
 //! The result as a table.
 
 use super::{Selected, Tried};
+use crate::lines::{Lines, Role, free, left, right};
 use std::fmt::Write as _;
 
 /// The result as a table, ending in a newline.
 #[must_use]
 pub fn table(found: &Selected) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = write_table(&mut text, found);
-    text
+    lines(found).to_string()
 }
 
-fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
+/// The lines of [`table`].
+#[must_use]
+pub fn lines(found: &Selected) -> Lines {
+    Lines::of(|text| write_table(text, found))
+}
+
+fn write_table(text: &mut Lines, found: &Selected) -> std::fmt::Result {
     let (data, scene) = (&found.data, &found.scene);
-    writeln!(text, "{} in {}", data.path, scene.path)?;
+    writeln!(text.as_a(Role::Title), "{} in {}", data.path, scene.path)?;
     writeln!(
         text,
         "{} x {} pixels, {} compared of {} that see the surface; {} pairs of directions; {:.1} % of the light comes \
@@ -39,11 +43,12 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
         100.0 * found.seen.cells_never_seen(),
         100.0 * found.seen.samples_never_seen
     )?;
-    writeln!(
-        text,
-        "{:<2}{:>6} {:>5} {:>9} {:>9} {:>9} {:>9}  model",
-        "", "cost", "", "dE00 p95", "finer", "rel. RMSE", "PSNR, dB"
-    )?;
+    let row = |mark, cost: String, precision, numbers: [String; 4], model: String| {
+        let named = [left(mark, 1), right(cost, 6), right(precision, 5)];
+        named.into_iter().chain(numbers.map(|number| right(number, 9))).chain([free(model)])
+    };
+    let headings = ["dE00 p95", "finer", "rel. RMSE", "PSNR, dB"].map(str::to_owned);
+    text.row(Role::Heading, 0, row("", "cost".to_owned(), "", headings, "model".to_owned()));
     for (index, tried) in found.tried.iter().enumerate() {
         // Both precisions usually give the same numbers; they then share one line.
         let is_twin = |other: &&Tried| other.model == tried.model && other.precision != tried.precision;
@@ -52,35 +57,30 @@ fn write_table(text: &mut String, found: &Selected) -> std::fmt::Result {
             continue;
         }
         let precision = if twin.is_some() { "both" } else { tried.precision };
-        let [delta_e, finer, rmse, psnr] = numbers(tried);
         let mark = if found.answer == Some(index) { "*" } else { "" };
-        writeln!(
-            text,
-            "{mark:<2}{:>6} {precision:>5} {delta_e:>9} {finer:>9} {rmse:>9} {psnr:>9}  {}",
-            tried.cost,
-            name(tried)
-        )?;
+        text.row(Role::Plain, 0, row(mark, tried.cost.to_string(), precision, numbers(tried), name(tried)));
     }
     let tried = |index: Option<usize>| index.map(|index| &found.tried[index]);
     let shown = found.shown();
     let (model, precision, p95) = (name(shown), shown.precision, shown.p95());
+    writeln!(text)?;
     match found.answer {
         Some(_) => writeln!(
-            text,
-            "\nthe scene needs {model} in {precision}: 95 % of the pixels within {p95:.3} of the measured ones (CIEDE2000; \
+            text.as_a(Role::Good),
+            "the scene needs {model} in {precision}: 95 % of the pixels within {p95:.3} of the measured ones (CIEDE2000; \
              tolerance {})",
             found.tolerance
         )?,
         None => writeln!(
-            text,
-            "\nno model is within the tolerance of {}; the nearest is {model} in {precision}: 95 % of the pixels within \
+            text.as_a(Role::Bad),
+            "no model is within the tolerance of {}; the nearest is {model} in {precision}: 95 % of the pixels within \
              {p95:.3} of the measured ones (CIEDE2000)",
             found.tolerance
         )?,
     }
     for p in &shown.parameters {
         let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
-        writeln!(text, "  {:<28} {}{unit}", p.name, p.value)?;
+        text.row(Role::Plain, 2, [left(&*p.name, 28), left(format!("{}{unit}", p.value), 0)]);
     }
     if let Some(cheaper) = tried(found.next_cheaper) {
         let by = cheaper.p95() - found.tolerance;

@@ -15,7 +15,7 @@ mod text;
 pub use cost::{BasisCost, Cost, Nanoseconds, Spread, basis_cost};
 pub(crate) use cost::{counted, in_single_precision};
 pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
-pub use text::{csv, table};
+pub use text::{csv, lines, table};
 
 use crate::error::Error;
 use crate::fit::{ErrorTable, Errors, Fit, Metric, Options, fit, score};

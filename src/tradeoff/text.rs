@@ -2,79 +2,87 @@
 
 use super::{Entry, Tradeoff};
 use crate::error::Error;
+use crate::lines::{Cell, Lines, Role, free, left, right};
 use std::fmt::Write as _;
 
 /// The comparison as a table, ending in a newline.
 #[must_use]
 pub fn table(found: &Tradeoff) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = write_table(&mut text, found);
-    text
+    lines(found).to_string()
 }
 
-fn write_table(text: &mut String, found: &Tradeoff) -> std::fmt::Result {
+/// The lines of [`table`].
+#[must_use]
+pub fn lines(found: &Tradeoff) -> Lines {
+    Lines::of(|text| write_table(text, found))
+}
+
+fn write_table(text: &mut Lines, found: &Tradeoff) -> std::fmt::Result {
     let metric = found.metric.name();
     let data = &found.data;
-    writeln!(text, "{}: {} samples, {}", data.path, data.used, data.channels.join(" "))?;
+    writeln!(text.as_a(Role::Title), "{}: {} samples, {}", data.path, data.used, data.channels.join(" "))?;
     let fitted = found.fit_samples.filter(|samples| *samples < data.used);
     let fitted = fitted.map_or_else(|| "all".to_owned(), |samples| samples.to_string());
     writeln!(text, "each model is fitted to {fitted} of them in {metric}; errors are computed on all\n")?;
-    writeln!(
-        text,
-        "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>13} {:>11} {:>8} {:>8}  model",
-        "", "cost", "f64", "f32", "blocks", "stored", metric, "held out", "f32 off", "fit"
-    )?;
-    writeln!(
-        text,
-        "{:<2}{:>7} {:>8} {:>8} {:>8} {:>6} {:>13} {:>11} {:>8} {:>8}",
-        "", "op", "ns", "ns", "ns", "", "", "", "", "s"
-    )?;
+    let headings = ["cost", "f64", "f32", "blocks", "stored", metric, "held out", "f32 off", "fit"];
+    text.row(Role::Heading, 0, model_row("", headings.map(str::to_owned), "model"));
+    let units = ["op", "ns", "ns", "ns", "", "", "", "", "s"];
+    text.row(Role::Heading, 0, model_row("", units.map(str::to_owned), ""));
     for entry in &found.models {
         let mark = if entry.on_front { "*" } else { "" };
         let ns = &entry.cost.time_ns;
         let unusable = if entry.usable { "" } else { "  (not usable)" };
-        let free: String = entry.free.iter().map(|name| format!("  --free {name}")).collect();
-        writeln!(
-            text,
-            "{mark:<2}{:>7} {:>8.1} {:>8.1} {:>8.1} {:>6} {:>13} {:>11} {:>8.0e} {:>8.2}  {}{free}{unusable}",
-            entry.cost.weighted,
-            ns.scalar_f64.median,
-            ns.scalar_f32.median,
-            ns.blocks_f64.median,
-            entry.parameters,
+        let freed: String = entry.free.iter().map(|name| format!("  --free {name}")).collect();
+        let numbers = [
+            entry.cost.weighted.to_string(),
+            format!("{:.1}", ns.scalar_f64.median),
+            format!("{:.1}", ns.scalar_f32.median),
+            format!("{:.1}", ns.blocks_f64.median),
+            entry.parameters.to_string(),
             number(entry.errors.of(found.metric)),
             number(entry.held_out.as_ref().and_then(|errors| errors.of(found.metric))),
-            entry.single_precision,
-            entry.fit_s,
-            entry.model,
-        )?;
+            format!("{:.0e}", entry.single_precision),
+            format!("{:.2}", entry.fit_s),
+        ];
+        text.row(Role::Plain, 0, model_row(mark, numbers, &format!("{}{freed}{unusable}", entry.model)));
     }
     writeln!(text, "\n* no model has both a lower cost and a smaller error")?;
     if !found.approximations.is_empty() {
-        writeln!(text, "\n{:>9} {:>13} {:>11} {:>9}  approximation", "cost", metric, "", "unfitted")?;
+        let row = |[cost, exact, other, unfitted]: [String; 4], name: &str| {
+            [right(cost, 9), right(exact, 13), right(other, 11), right(unfitted, 9), free(name)]
+        };
+        writeln!(text)?;
+        let headings = ["cost", metric, "", "unfitted"].map(str::to_owned);
+        text.row(Role::Heading, 0, row(headings, "approximation"));
         for a in &found.approximations {
             let [exact, other] = a.weighted;
             let [error, error_of_other] = a.errors;
             let unfitted =
                 a.unfitted.map_or_else(|| "-".to_owned(), |distance| format!("{:.2} %", 100.0 * distance));
-            writeln!(
-                text,
-                "{:>9} {:>13} {:>11} {unfitted:>9}  {}",
-                format!("{exact}>{other}"),
-                number(Some(error)),
-                number(Some(error_of_other)),
-                a.name
-            )?;
+            let errors = [error, error_of_other].map(|error| number(Some(error)));
+            let [error, error_of_other] = errors;
+            let cells = [format!("{exact}>{other}"), error, error_of_other, unfitted];
+            text.row(Role::Plain, 0, row(cells, a.name));
         }
     }
     if let Some(model) = &found.samples.model {
-        writeln!(text, "\n{:>9} {:>13} {:>8}  {model}", "samples", metric, "fit, s")?;
+        writeln!(text)?;
+        let heading = [right("samples", 9), right(metric, 13), right("fit, s", 8), free(model)];
+        text.row(Role::Heading, 0, heading);
         for fit in &found.samples.fits {
-            writeln!(text, "{:>9} {:>13} {:>8.2}", fit.samples, number(Some(fit.error)), fit.fit_s)?;
+            let (samples, error) = (fit.samples.to_string(), number(Some(fit.error)));
+            let fit_s = format!("{:.2}", fit.fit_s);
+            text.row(Role::Plain, 0, [right(samples, 9), right(error, 13), right(fit_s, 8)]);
         }
     }
     Ok(())
+}
+
+/// The row of a model.
+fn model_row(mark: &str, numbers: [String; 9], model: &str) -> impl Iterator<Item = Cell> {
+    const WIDTHS: [usize; 9] = [7, 8, 8, 8, 6, 13, 11, 8, 8];
+    let numbers = numbers.into_iter().zip(WIDTHS).map(|(number, width)| right(number, width));
+    [left(mark, 1)].into_iter().chain(numbers).chain([free(model)])
 }
 
 fn number(value: Option<f64>) -> String {

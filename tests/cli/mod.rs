@@ -20,6 +20,7 @@ mod render;
 mod report;
 mod select;
 mod synth;
+mod terminal;
 mod tradeoff;
 
 use crate::common::{Folder, Run};

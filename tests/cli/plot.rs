@@ -71,7 +71,7 @@ fn reports_are_compared_and_rasters_are_png() {
         let csv = folder.read("x.csv");
         assert!(csv.contains("d=beckmann") && csv.contains("d=ggx"), "{kind}");
     }
-    folder.brdfit("plot a.json --kind lobe --axes polar --scale linear --theta-i 30 --channel r -o x.svg --data x.csv").good();
+    folder.brdfit("plot a.json --kind lobe --axes polar --f-scale linear --theta-i 30 --channel r -o x.svg --data x.csv").good();
     let csv = folder.read("x.csv");
     let fit: Vec<Vec<String>> = rows(&csv)
         .into_iter()

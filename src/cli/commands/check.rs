@@ -1,6 +1,6 @@
 //! `brdfit check`: checks that a model or a measurement obeys physics, and how many digits a model keeps.
 
-use crate::cli::messages::{remark, say};
+use crate::cli::messages::{emit, remark, say};
 use crate::cli::options::input::ReadArguments;
 use crate::cli::options::model::ModelArguments;
 use crate::cli::options::recorded::report;
@@ -8,7 +8,7 @@ use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use crate::cli::progress::Bar;
 use brdfit::Error;
-use brdfit::health::{Effort, Finding, measurement, measurement_table, model, model_table};
+use brdfit::health::{Effort, Finding, measurement, measurement_lines, model, model_lines};
 use brdfit::model::Expression;
 use brdfit::parameters::ParameterTable;
 use clap::Args;
@@ -57,7 +57,11 @@ fn of_model(
     let mut health = model(expression, table, &Effort::default(), &bar);
     bar.finish();
     health.path = report.map(|path| path.display().to_string());
-    say(&if arguments.json { json(&health)? } else { model_table(&health) })?;
+    if arguments.json {
+        emit(&json(&health)?)?
+    } else {
+        say(&model_lines(&health))?
+    }
     Ok(outcome(health.sound, &health.findings))
 }
 
@@ -67,7 +71,11 @@ fn of_measurement(arguments: &Arguments, path: &Path) -> Result<Outcome, Error> 
         return Err(Error::no_samples(path, &measured.dropped));
     }
     let health = measurement(&measured);
-    say(&if arguments.json { json(&health)? } else { measurement_table(&health) })?;
+    if arguments.json {
+        emit(&json(&health)?)?
+    } else {
+        say(&measurement_lines(&health))?
+    }
     Ok(outcome(health.sound, &health.findings))
 }
 

@@ -1,6 +1,6 @@
 //! `brdfit convert`: writes a measurement or a fit in another format, or its values at given directions.
 
-use crate::cli::messages::{remark, say};
+use crate::cli::messages::{emit, remark};
 use crate::cli::options::input::{ReadArguments, measurement_help};
 use crate::cli::options::recorded::report;
 use crate::cli::outcome::Outcome;
@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         None => {
             let text = String::from_utf8(bytes)
                 .map_err(|_| Error::invalid("-o", "a file, since the format is binary", "'-'"))?;
-            say(&text)?;
+            emit(&text)?;
         }
     }
     said.iter().for_each(|line| remark(line));

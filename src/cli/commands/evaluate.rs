@@ -1,7 +1,7 @@
 //! `brdfit evaluate`: evaluates a model without a fit. It reports the model's errors on a measurement, or writes its values at given
 //! directions.
 
-use crate::cli::messages::{say, show};
+use crate::cli::messages::{emit, show};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::model::ModelArguments;
 use crate::cli::options::recorded::{own_measurement, report};
@@ -107,7 +107,7 @@ fn values_at(arguments: &Arguments, inputs: Inputs, at: &Path) -> Result<Outcome
     there.check_finite()?;
     let text = csv::write(&there, &comments)?;
     match output {
-        None => say(&text)?,
+        None => emit(&text)?,
         Some(output) => output.commit(text.as_bytes())?,
     }
     Ok(Outcome::Good)
@@ -172,7 +172,7 @@ fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
     let report = Report::new(&measurement, &result, &circumstances);
     let text = json(&report)?;
     if arguments.report.json_alone() {
-        say(&text)?;
+        emit(&text)?;
     }
     show(&report, !arguments.report.json_alone(), arguments.report.quiet(), false)?;
     if let Some(output) = output {

@@ -1,7 +1,7 @@
 //! `brdfit export`: writes a fit as a renderer's material.
 
 use super::fit::listen_for_interrupts;
-use crate::cli::messages::{remark, say};
+use crate::cli::messages::{emit, remark};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::recorded::{check_measurement, measurement_of, report};
 use crate::cli::outcome::Outcome;
@@ -84,14 +84,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let model = source.model()?;
     let (text, record) = source.written(model)?;
     match output {
-        None => say(&text)?,
+        None => emit(&text)?,
         Some(output) => output.commit(text.as_bytes())?,
     }
     for line in summary(&record, arguments.output.as_deref()) {
         remark(&line);
     }
     if arguments.json {
-        say(&json(&record)?)?;
+        emit(&json(&record)?)?;
     }
     let usable = record.report.as_ref().is_none_or(|report| report.termination.usable);
     Ok(if usable { Outcome::Good } else { Outcome::NotUsable })

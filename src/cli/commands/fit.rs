@@ -2,7 +2,7 @@
 
 use super::fit_outputs::Outputs;
 use super::read_ahead::{Input, read_ahead};
-use crate::cli::messages::{complain, message, remark, say, show};
+use crate::cli::messages::{complain, emit, message, remark, say, show};
 use crate::cli::options::fitting::FittingArguments;
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::loss::LossArguments;
@@ -10,7 +10,7 @@ use crate::cli::options::report::{ReportArguments, SEVERAL_INPUTS};
 use crate::cli::options::settings::{Files, SettingArguments};
 use crate::cli::options::threads::{at_least_one, threads};
 use crate::cli::outcome::Outcome;
-use crate::cli::output::json;
+use crate::cli::output::{Output, json, spares};
 use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::error::OptionName;
@@ -52,6 +52,9 @@ pub struct Arguments {
     fitting: FittingArguments,
     #[command(flatten)]
     read: ReadArguments,
+    /// Write a CSV file with one line per input, model and parameter
+    #[arg(long, value_name = "FILE")]
+    summary: Option<PathBuf>,
     /// Stop after S seconds and report the best parameters so far
     #[arg(long, value_name = "S")]
     timeout: Option<f64>,
@@ -84,6 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     arguments.report.check_inputs(&files)?;
     arguments.read.check()?;
     let outputs = Outputs::open(arguments.report.file(), &inputs)?;
+    let summary = summary(arguments, &files)?;
     listen_for_interrupts(&options.stop.clone().unwrap_or_default());
     let mut options = options_of_each(&expressions, &options);
     if let Some((path, recorded)) = start {
@@ -114,20 +118,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Ok(Outcome::NothingDone);
     }
     let good = usable && failed.is_empty();
-    let text = match reports.as_slice() {
+    let reports = Reports::new(reports, failed);
+    let text = match reports.reports.as_slice() {
         [only] if run.single() => json(only)?,
-        _ => {
-            let reports = Reports::new(reports, failed);
-            if !arguments.report.quiet() && !arguments.report.json_alone() {
-                say(&ranking(&reports))?;
-            }
-            json(&reports)?
-        }
+        _ => json(&reports)?,
     };
     if arguments.report.json_alone() {
-        say(&text)?;
+        emit(&text)?;
+    } else {
+        run.conclude(&reports)?;
     }
     outputs.all_done(&text)?;
+    if let Some(summary) = summary {
+        summary.commit(&reports.csv()?)?;
+    }
     Ok(if good { Outcome::Good } else { Outcome::NotUsable })
 }
 
@@ -159,6 +163,17 @@ fn start_from(
         options.settings.extend(starts);
     }
     Ok(())
+}
+
+/// The file of `--summary`. `None` if there is none.
+fn summary(arguments: &Arguments, files: &[PathBuf]) -> Result<Option<Output>, Error> {
+    let Some(path) = arguments.summary.as_deref() else { return Ok(None) };
+    spares(files, "--summary", Some(path))?;
+    if arguments.report.file() == Some(path) {
+        let (subject, found) = (format!("--summary {}", path.display()), "that file");
+        return Err(Error::invalid(subject, "a file other than that of -o", found));
+    }
+    Output::open(path).map(Some)
 }
 
 fn options(arguments: &Arguments, started: Instant) -> Result<Options, Error> {
@@ -332,9 +347,26 @@ impl Run<'_> {
         let (quiet, as_table) = (self.arguments.report.quiet(), !self.arguments.report.json_alone());
         for (index, report) in reports.iter().enumerate() {
             if as_table && !quiet && (index > 0 || !first) {
-                say("\n")?;
+                say(&"\n".into())?;
             }
             show(report, as_table, quiet, !self.single())?;
+        }
+        Ok(())
+    }
+
+    /// Says how the models rank, if there are several, and then how the inputs fared, if there are several.
+    fn conclude(&self, reports: &Reports) -> Result<(), Error> {
+        let quiet = self.arguments.report.quiet();
+        let several = |n: usize| n > 1;
+        let mut parts = Vec::new();
+        parts.extend(several(self.expressions.len()).then(|| reports.ranking_lines()));
+        parts.extend((several(self.inputs.len()) && !quiet).then(|| reports.summary_lines()));
+        for (index, part) in parts.into_iter().enumerate() {
+            // The ranking alone needs no distance from what is not printed.
+            if index > 0 || !quiet {
+                say(&"\n".into())?;
+            }
+            say(&part)?;
         }
         Ok(())
     }
@@ -344,21 +376,4 @@ impl Run<'_> {
 fn best(reports: &[Report]) -> Option<&Report> {
     let ranked = Reports::new(reports.to_vec(), Vec::new());
     reports.get(ranked.ranking.first()?.index)
-}
-
-/// The ranking as text: the models of each input from best to worst.
-fn ranking(reports: &Reports) -> String {
-    let mut text = String::from("\nranking:\n");
-    for rank in &reports.ranking {
-        let value = rank.value.map_or_else(|| "-".to_owned(), |value| format!("{value:.6}"));
-        if let Some(report) = reports.reports.get(rank.index) {
-            text += &format!("  {} {value}  {}  {}\n", rank.criterion, report.data.path, report.model);
-        }
-    }
-    for Failure { path, error } in &reports.failed {
-        // Errors about a file's content begin with its name.
-        let name = if error.starts_with(path.as_str()) { String::new() } else { format!("{path}: ") };
-        text += &format!("  failed: {name}{error}\n");
-    }
-    text
 }

@@ -1,11 +1,12 @@
 //! `brdfit info`: describes the contents of a measurement file.
 
-use crate::cli::messages::{remark, say, typed};
+use crate::cli::messages::{emit, remark, say, typed};
 use crate::cli::options::input::{ReadArguments, measurement_help};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
 use brdfit::error::{OptionName, excerpt};
+use brdfit::lines::{Lines, Role, left, right};
 use brdfit::measurement::formats::named;
 use brdfit::measurement::{
     ALBEDO_LIMIT_DEG, Coverage, Doubt, Instrument, Measurement, coverage, dead_channel_doubts, dead_channels,
@@ -14,6 +15,7 @@ use brdfit::measurement::{
 use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 /// Arguments of `brdfit info`.
@@ -82,7 +84,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         return Err(Error::no_samples(&arguments.input, &measurement.dropped));
     }
     let record = record(&measurement, &coverage(&measurement));
-    say(&if arguments.json { json(&record)? } else { text(&record) })?;
+    if arguments.json {
+        emit(&json(&record)?)?
+    } else {
+        say(&lines(&record))?
+    }
     record.remarks.iter().for_each(|said| remark(&format!("note: {said}")));
     record.doubts.iter().for_each(|doubt| remark(&format!("warning: {doubt}")));
     Ok(Outcome::Good)
@@ -176,51 +182,65 @@ fn wavelengths_text(r: &InfoRecord) -> String {
     }
 }
 
-fn text(r: &InfoRecord) -> String {
+fn lines(r: &InfoRecord) -> Lines {
+    Lines::of(|text| {
+        describe(text, r)?;
+        writeln!(text)?;
+        channels(text, r);
+        Ok(())
+    })
+}
+
+fn describe(text: &mut Lines, r: &InfoRecord) -> fmt::Result {
     let summary = named(r.format).map_or_else(|_| String::new(), |format| format!(": {}", format.summary));
-    let mut text = format!("{}\nformat       {}{summary}\nSHA-256      {}\n", r.path, r.format, r.sha256);
+    writeln!(text.as_a(Role::Title), "{}", r.path)?;
+    writeln!(text, "format       {}{summary}\nSHA-256      {}", r.format, r.sha256)?;
     if let Some(material) = r.genuine_merl {
-        text += &format!("             genuine MERL {material}\n");
+        writeln!(text, "             genuine MERL {material}")?;
     } else if r.format == "merl" {
-        text += "             not one of the 100 files of the MERL database\n";
+        writeln!(text, "             not one of the 100 files of the MERL database")?;
     }
     let dropped: Vec<String> = r.dropped.iter().map(|(why, n)| format!("{n} {why}")).collect();
     let dropped =
         if dropped.is_empty() { String::new() } else { format!("; left out: {}", dropped.join(", ")) };
-    text += &format!("samples      {} of {}{dropped}\n", r.usable, r.samples);
+    writeln!(text, "samples      {} of {}{dropped}", r.usable, r.samples)?;
     let degrees = |range: Option<[f64; 2]>| {
         range.map_or_else(|| "-".to_owned(), |[low, high]| format!("{low:.2}..{high:.2} deg"))
     };
-    text += &format!("theta_i      {}", degrees(r.theta_i_deg));
-    text += &r.incidence_angles.map_or_else(String::new, |n| format!(", {n} different"));
-    text += &format!("\ntheta_o      {}\ntheta_h      {}\n", degrees(r.theta_o_deg), degrees(r.theta_h_deg));
-    text += &format!("in plane     {}\n", if r.in_plane { "yes" } else { "no" });
-    text += &wavelengths_text(r);
-    text += &format!("sigma        {}\n", if r.has_sigma { "given" } else { "not given" });
-    text += &instrument_text(&r.instrument);
-    text += &match &r.reciprocity {
+    let different = r.incidence_angles.map_or_else(String::new, |n| format!(", {n} different"));
+    writeln!(text, "theta_i      {}{different}", degrees(r.theta_i_deg))?;
+    writeln!(text, "theta_o      {}\ntheta_h      {}", degrees(r.theta_o_deg), degrees(r.theta_h_deg))?;
+    writeln!(text, "in plane     {}", if r.in_plane { "yes" } else { "no" })?;
+    text.write_str(&wavelengths_text(r))?;
+    writeln!(text, "sigma        {}", if r.has_sigma { "given" } else { "not given" })?;
+    text.write_str(&instrument_text(&r.instrument))?;
+    match &r.reciprocity {
         Some(p) => {
-            format!("reciprocity  {:.2} % rms over {} swapped pairs\n", 100.0 * p.relative_rms, p.pairs)
+            let percent = 100.0 * p.relative_rms;
+            writeln!(text, "reciprocity  {percent:.2} % rms over {} swapped pairs", p.pairs)
         }
-        None if r.format == "merl" => "reciprocity  assumed by the table\n".to_owned(),
-        None => "reciprocity  no pair of directions was measured both ways\n".to_owned(),
-    };
-    text += &format!("\n{:<10} {:>12} {:>12} {:>9}", "channel", "smallest", "largest", "negative");
+        None if r.format == "merl" => writeln!(text, "reciprocity  assumed by the table"),
+        None => writeln!(text, "reciprocity  no pair of directions was measured both ways"),
+    }
+}
+
+/// The table of the channels.
+fn channels(text: &mut Lines, r: &InfoRecord) {
     let missing = r.channels.iter().any(|c| c.missing > 0);
-    text += &if missing { format!(" {:>9}", "missing") } else { String::new() };
     let albedo = r.channels.iter().any(|c| c.albedo.is_some());
-    text += &if albedo {
-        format!(" {:>16}\n", format!("albedo to {ALBEDO_LIMIT_DEG} deg"))
-    } else {
-        "\n".to_owned()
+    let row = |name: &str, [low, high, negative, missing_values, mean]: [String; 5]| {
+        let range = [left(name, 10), right(low, 12), right(high, 12), right(negative, 9)];
+        let missing_values = missing.then(|| right(missing_values, 9));
+        range.into_iter().chain(missing_values).chain(albedo.then(|| right(mean, 16)))
     };
+    let mean = format!("albedo to {ALBEDO_LIMIT_DEG} deg");
+    let headings = ["smallest", "largest", "negative", "missing", &mean].map(str::to_owned);
+    text.row(Role::Heading, 0, row("channel", headings));
     for c in &r.channels {
         let unknown = || ["-", "-"].map(str::to_owned);
         let [low, high] = c.range.map_or_else(unknown, |range| range.map(|f| format!("{f:.6}")));
-        text += &format!("{:<10} {low:>12} {high:>12} {:>9}", c.name, c.negative);
-        text += &if missing { format!(" {:>9}", c.missing) } else { String::new() };
-        text += &c.albedo.map_or_else(String::new, |a| format!(" {a:>16.4}"));
-        text += "\n";
+        let mean = c.albedo.map_or_else(String::new, |albedo| format!("{albedo:.4}"));
+        let cells = [low, high, c.negative.to_string(), c.missing.to_string(), mean];
+        text.row(Role::Plain, 0, row(&c.name, cells));
     }
-    text
 }

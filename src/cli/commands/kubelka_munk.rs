@@ -1,11 +1,11 @@
 //! `brdfit kubelka-munk`: absorption and scattering of paint from reflectances over known backings.
 
-use crate::cli::messages::{remark, say};
+use crate::cli::messages::{emit, remark, say};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json};
 use brdfit::Error;
-use brdfit::drawdown::{Record, Surface, fit, read, text};
+use brdfit::drawdown::{Record, Surface, fit, lines, read};
 use brdfit::model::parts::paint_layers::surface_of_index;
 use clap::Args;
 use std::path::PathBuf;
@@ -61,11 +61,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let record = Record::new(&drawdown, &fitted, surface, *thickness, *eta);
     let written = json(&record)?;
     if report.json_alone() {
-        say(&written)?;
+        emit(&written)?;
     }
     if !report.quiet() {
         if !report.json_alone() {
-            say(&text(&record, drawdown.thickness_known))?;
+            say(&lines(&record, drawdown.thickness_known))?;
         }
         record.warnings().iter().for_each(|text| remark(&format!("warning: {text}")));
     }

@@ -3,6 +3,7 @@
 //! To add a subcommand: copy the file of the one most like it, and add its `mod` and one line to `subcommands!` below.
 
 mod check;
+mod completions;
 mod convert;
 mod evaluate;
 mod export;
@@ -10,6 +11,7 @@ mod fit;
 mod fit_outputs;
 mod info;
 mod kubelka_munk;
+mod man;
 mod models;
 mod plot;
 mod read_ahead;
@@ -23,9 +25,10 @@ use crate::cli::outcome::Outcome;
 use brdfit::Error;
 use clap::Subcommand;
 
-/// Makes the set of subcommands from one line each: the module's `Arguments` and `run`.
+/// Makes the set of subcommands from one line each: the module's `Arguments` and `run`. The `run` of those that describe the
+/// whole command line gets it as well.
 macro_rules! subcommands {
-    ($($(#[$doc:meta])* $name:ident: $module:ident),* $(,)?) => {
+    ($whole:ident; $($(#[$doc:meta])* $name:ident: $module:ident $(of $all:ident)?),* $(,)?) => {
         // No doc comment here: clap would take it for the program's.
         #[derive(Subcommand)]
         pub enum Command { $(
@@ -34,14 +37,15 @@ macro_rules! subcommands {
             $name(Box<$module::Arguments>)
         ),* }
 
-        /// Runs a subcommand.
-        pub fn run(command: &Command) -> Result<Outcome, Error> {
-            match command { $(Command::$name(arguments) => $module::run(arguments)),* }
+        /// Runs a subcommand of the `whole` command line.
+        pub fn run(command: &Command, $whole: fn() -> clap::Command) -> Result<Outcome, Error> {
+            match command { $(Command::$name(arguments) => $module::run(arguments $(, $all())?)),* }
         }
     };
 }
 
 subcommands! {
+    whole;
     /// Fit models to measurements
     Fit: fit,
     /// Evaluate a model at given parameters and report its errors
@@ -70,4 +74,8 @@ subcommands! {
     Synth: synth,
     /// Find a paint's absorption and scattering from reflectances over known backings
     KubelkaMunk: kubelka_munk,
+    /// Write a script that completes commands in a shell
+    Completions: completions of whole,
+    /// Write manual pages
+    Man: man of whole,
 }

@@ -1,14 +1,16 @@
 //! `brdfit models`: lists the models.
 
-use crate::cli::messages::say;
+use crate::cli::messages::{emit, say};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
 use brdfit::error::NameKind;
+use brdfit::lines::{Lines, Role as LineRole};
 use brdfit::model::{AnyModel, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
 use brdfit::tradeoff::{BasisCost, basis_cost};
 use clap::Args;
 use serde::Serialize;
+use std::fmt::{self, Write as _};
 
 /// Arguments of `brdfit models`.
 #[derive(Args)]
@@ -72,9 +74,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     };
     let records: Vec<ModelRecord> = chosen.into_iter().map(record).collect();
     if arguments.json {
-        say(&json(&records)?)?;
+        emit(&json(&records)?)?;
     } else {
-        say(&records.iter().map(text).collect::<Vec<_>>().join("\n"))?;
+        say(&Lines::of(|text| list(text, &records)))?;
     }
     Ok(Outcome::Good)
 }
@@ -144,40 +146,42 @@ fn record(entry: &ModelEntry) -> ModelRecord {
     }
 }
 
-fn text(record: &ModelRecord) -> String {
-    let mut text = format!("{}: {}\n", record.name, record.summary);
-    for option in &record.options {
-        text += &format!(
-            "  {} = {}  ({}; {} by default)\n",
-            option.key,
-            option.values.join(" | "),
-            option.summary,
-            option.default
-        );
+fn list(text: &mut Lines, records: &[ModelRecord]) -> fmt::Result {
+    for (index, record) in records.iter().enumerate() {
+        if index > 0 {
+            writeln!(text)?;
+        }
+        describe(text, record)?;
+    }
+    Ok(())
+}
+
+fn describe(text: &mut Lines, record: &ModelRecord) -> fmt::Result {
+    writeln!(text.as_a(LineRole::Title), "{}: {}", record.name, record.summary)?;
+    for OptionRecord { key, summary, values, default } in &record.options {
+        writeln!(text, "  {key} = {}  ({summary}; {default} by default)", values.join(" | "))?;
     }
     for p in &record.parameters {
         let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
         let fixed =
             if p.fixed_by_default { format!(", fixed at {} unless freed", p.initial) } else { String::new() };
         let only = p.only_with.as_ref().map_or_else(String::new, |c| format!(", with {}", c.join(" or ")));
-        text += &format!(
-            "  {:<7} {}..{}{unit}  {} ({}, {}{fixed}{only})\n",
-            p.name,
-            range_end(p.bounds[0]),
-            range_end(p.bounds[1]),
-            p.summary,
-            p.role,
-            p.sharing
-        );
+        let [low, high] = p.bounds.map(range_end);
+        writeln!(
+            text,
+            "  {:<7} {low}..{high}{unit}  {} ({}, {}{fixed}{only})",
+            p.name, p.summary, p.role, p.sharing
+        )?;
     }
     let BasisCost { value, with_derivatives } = record.cost_ns;
-    text += &format!(
-        "  {value:.1} ns per evaluation, {with_derivatives:.1} ns with derivatives, in blocks on one thread\n"
-    );
+    writeln!(
+        text,
+        "  {value:.1} ns per evaluation, {with_derivatives:.1} ns with derivatives, in blocks on one thread"
+    )?;
     if !record.reciprocal {
-        text += "  not reciprocal\n";
+        writeln!(text, "  not reciprocal")?;
     }
-    text + &format!("  {}\n", record.reference)
+    writeln!(text, "  {}", record.reference)
 }
 
 /// A bound in its shortest readable form.

@@ -40,7 +40,7 @@ pub struct Arguments {
     axes: AxesName,
     /// Show f on this scale [default: linear, or log where f spans more than a factor of 30]
     #[arg(long, value_enum)]
-    scale: Option<ScaleName>,
+    f_scale: Option<ScaleName>,
     /// Show a lobe at this angle of incidence in degrees; repeat the option for several [default: four of those measured]
     #[arg(long, value_name = "DEG")]
     theta_i: Vec<f64>,
@@ -211,7 +211,7 @@ fn wanted(arguments: &Arguments, progress: Arc<dyn Progress>) -> Result<Wanted, 
             AxesName::Cartesian => Axes::Cartesian,
             AxesName::Polar => Axes::Polar,
         }),
-        scale: arguments.scale.map(|scale| match scale {
+        scale: arguments.f_scale.map(|scale| match scale {
             ScaleName::Linear => Scale::Linear,
             ScaleName::Log => Scale::Log,
         }),

@@ -1,6 +1,6 @@
 //! `brdfit select`: the cheapest model that a scene cannot tell from the measurement.
 
-use crate::cli::messages::{remark, say};
+use crate::cli::messages::{emit, remark, say};
 use crate::cli::options::input::{ReadArguments, SampleArguments, WITH_SCENE, measurement_help};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::options::threads::{at_least_one, threads};
@@ -10,9 +10,10 @@ use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::fit::Options;
 use brdfit::image::{ToRgb, absolute_difference, delta_e_2000, exr, false_colour, png, side_by_side};
+use brdfit::lines::Lines;
 use brdfit::model::Expression;
 use brdfit::scene::Scene;
-use brdfit::select::{self, DRAWN, JUST_NOTICEABLE, Request, Selected, checked_tolerance, name, table};
+use brdfit::select::{self, DRAWN, JUST_NOTICEABLE, Request, Selected, checked_tolerance, lines, name};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -77,9 +78,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 
     let text = json(&found.selected)?;
     if arguments.report.json_alone() {
-        say(&text)?;
+        emit(&text)?;
     } else if !arguments.report.quiet() {
-        say(&table(&found.selected))?;
+        say(&lines(&found.selected))?;
     }
     if let Some(output) = report {
         output.commit(text.as_bytes())?;
@@ -88,7 +89,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         images.write(&found)?;
         if !arguments.report.json_alone() && !arguments.report.quiet() {
             let (shown, folder) = (found.selected.shown(), folder.display());
-            say(&format!("the images in {folder} show {} in {}\n", name(shown), shown.precision))?;
+            let said = format!("the images in {folder} show {} in {}\n", name(shown), shown.precision);
+            say(&Lines::from(&*said))?;
         }
     }
     Ok(if found.selected.answer.is_some() { Outcome::Good } else { Outcome::NotUsable })

@@ -1,6 +1,6 @@
 //! `brdfit synth`: makes a synthetic measurement.
 
-use crate::cli::messages::say;
+use crate::cli::messages::emit;
 use crate::cli::options::heightfield::{HeightfieldArguments, Surface, traced_table};
 use crate::cli::options::input::ReadArguments;
 use crate::cli::options::model::ModelArguments;
@@ -125,7 +125,7 @@ fn to_stdout(path: &Path) -> bool {
 /// Writes the bytes that `make` returns to a file, which is opened before `make` runs.
 fn write(path: &Path, make: impl FnOnce() -> Result<Vec<u8>, Error>) -> Result<Outcome, Error> {
     if to_stdout(path) {
-        say(&String::from_utf8_lossy(&make()?))?;
+        emit(&String::from_utf8_lossy(&make()?))?;
     } else {
         let output = Output::open(path)?;
         output.commit(&make()?)?;

@@ -1,6 +1,6 @@
 //! `brdfit tradeoff`: shows what accuracy costs.
 
-use crate::cli::messages::{remark, say};
+use crate::cli::messages::{emit, remark, say};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::report::ReportArguments;
 use crate::cli::options::threads::{at_least_one, threads};
@@ -11,7 +11,7 @@ use brdfit::Error;
 use brdfit::figure::{Drawing, Width, of_tradeoff};
 use brdfit::fit::Options;
 use brdfit::model::Expression;
-use brdfit::tradeoff::{FIT_SAMPLES, Request, compare, csv, table};
+use brdfit::tradeoff::{FIT_SAMPLES, Request, compare, csv, lines};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -69,9 +69,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 
     let text = json(&found)?;
     if arguments.report.json_alone() {
-        say(&text)?;
+        emit(&text)?;
     } else if !arguments.report.quiet() {
-        say(&table(&found))?;
+        say(&lines(&found))?;
     }
     for failure in &found.failed {
         remark(&format!("warning: {}: {}", failure.path, failure.error));

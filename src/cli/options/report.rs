@@ -16,8 +16,7 @@ pub struct ReportArguments<const SEVERAL: bool = false> {
     /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
-    /// Print neither table nor warnings nor progress
-    #[arg(short, long)]
+    #[arg(short, long, help = quiet_help(SEVERAL))]
     quiet: bool,
 }
 
@@ -27,6 +26,15 @@ fn output_help(several: bool) -> &'static str {
         "Write the JSON report to this file as well ('-': standard output; a folder: one file per input)"
     } else {
         "Write the JSON report to this file as well ('-': standard output)"
+    }
+}
+
+/// The help text of `-q`.
+fn quiet_help(several: bool) -> &'static str {
+    if several {
+        "Print neither tables nor warnings nor progress, only how several models rank"
+    } else {
+        "Print neither table nor warnings nor progress"
     }
 }
 
