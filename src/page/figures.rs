@@ -1,11 +1,13 @@
 //! The figures of a page.
 
-use super::{Run, Text, data_link, runs};
 use crate::error::Error;
 use crate::figure::{
-    Against, Axes, Body, Drawing, FigureData, KINDS, Kind, Panel, Several, Subject, Wanted, Width,
+    Against, Axes, Body, Drawing, FigureData, KINDS, Kind, Panel, Run, Several, Subject, Text, Wanted, Width,
+    runs,
 };
 use crate::progress::Progress;
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -164,4 +166,9 @@ fn with_legend(panel: &Panel, shown: bool) -> Panel {
         curves.series.iter_mut().for_each(|series| series.in_legend &= shown);
     }
     panel
+}
+
+/// A PNG as a link that holds it.
+fn data_link(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png))
 }

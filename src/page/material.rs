@@ -1,11 +1,12 @@
 //! What a page says about one material.
 
+use super::fact::{Fact, known};
 use super::figures::{Drawn, Figures, NotDrawn};
 use super::model::Model;
 use crate::error::{Error, Place, listed};
 use crate::figure::Subject;
 use crate::progress::Progress;
-use crate::report::{Named as _, Report, compared, or_dash};
+use crate::report::{Named as _, Report, compared};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -30,13 +31,6 @@ pub(super) struct Material {
     /// Figures of all models together.
     pub(super) figures: Vec<Drawn>,
     pub(super) not_drawn: Vec<NotDrawn>,
-}
-
-/// A fact with its name.
-#[derive(Debug)]
-pub(super) struct Fact {
-    pub(super) name: &'static str,
-    pub(super) value: String,
 }
 
 /// The fits of each measurement, in the order of their first reports.
@@ -166,13 +160,5 @@ fn facts(report: &Report) -> Vec<Fact> {
         ("read with", report.options.reading.join(", ")),
         ("SHA-256", data.sha256.clone()),
     ];
-    let known = facts.into_iter().filter(|(_, value)| !value.is_empty());
-    known.map(|(name, value)| Fact { name, value }).collect()
-}
-
-/// How much larger the residuals of a fit are than the noise; a dash if no noise is visible.
-pub(super) fn over_noise(report: &Report) -> String {
-    or_dash(
-        report.misfit.as_ref().and_then(|misfit| misfit.ratio.map(|ratio| (ratio * 100.0).round() / 100.0)),
-    )
+    known(facts)
 }

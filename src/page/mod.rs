@@ -3,12 +3,13 @@
 //! [`Page::new`] collects what the page says, from reports and their measurements; `page.html` and `style.css` say how it looks. The
 //! figures are those of [`crate::figure`].
 
+mod fact;
 mod figures;
 mod material;
 mod model;
 
 use crate::error::Error;
-use crate::figure::{IN_THE_DARK, Run, Subject, Text, runs};
+use crate::figure::{IN_THE_DARK, Subject};
 use crate::progress::Progress;
 use askama::Template;
 use base64::Engine as _;
@@ -83,9 +84,4 @@ fn style() -> String {
     }
     style.push_str("}\n");
     style
-}
-
-/// A PNG as a link that holds it.
-fn data_link(png: &[u8]) -> String {
-    format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png))
 }

@@ -1,7 +1,7 @@
 //! What a page says about one model.
 
+use super::fact::{Fact, known};
 use super::figures::{Drawn, NotDrawn};
-use super::material::{Fact, over_noise};
 use crate::figure::letter;
 use crate::fit::Metric;
 use crate::model::Unit;
@@ -77,7 +77,7 @@ impl Model {
         not_drawn: Vec<NotDrawn>,
     ) -> Self {
         let t = &report.termination;
-        let known = |error: f64| or_dash(Some(error).filter(|error| error.is_finite()));
+        let or_unknown = |error: f64| or_dash(Some(error).filter(|error| error.is_finite()));
         let derived = report.derived.iter().map(|derived| ParameterLine {
             name: full_name(&derived.name, derived.channel.as_deref()),
             value: plus_minus(with_error(derived.value, derived.std_error, "")),
@@ -89,8 +89,8 @@ impl Model {
             letter: place.map(letter).unwrap_or_default(),
             expression: report.model.clone(),
             metric: report.metric.to_string(),
-            error: known(report.fitted_error()),
-            held_out: report.held_out_error().map(known).unwrap_or_default(),
+            error: or_unknown(report.fitted_error()),
+            held_out: report.held_out_error().map(or_unknown).unwrap_or_default(),
             fitted: report.parameters.iter().filter(|p| p.was_fitted()).count(),
             over_noise: over_noise(report),
             usable: t.usable,
@@ -102,6 +102,13 @@ impl Model {
             not_drawn,
         }
     }
+}
+
+/// How much larger the residuals of a fit are than the noise; a dash if no noise is visible.
+fn over_noise(report: &Report) -> String {
+    or_dash(
+        report.misfit.as_ref().and_then(|misfit| misfit.ratio.map(|ratio| (ratio * 100.0).round() / 100.0)),
+    )
 }
 
 fn line(p: &Parameter) -> ParameterLine {
@@ -161,6 +168,5 @@ fn facts(report: &Report) -> Vec<Fact> {
         ),
         ("standard errors", method.unwrap_or_else(|| "none".to_owned())),
     ];
-    let known = facts.into_iter().filter(|(_, value)| !value.is_empty());
-    known.map(|(name, value)| Fact { name, value }).collect()
+    known(facts)
 }
