@@ -54,7 +54,7 @@ impl Studio {
     /// [`Error::Invalid`] for a view without pixels.
     pub(super) fn new(view: View, interpolant: &Interpolant, max_theta_deg: f64) -> Result<Self, Error> {
         let pairs: Vec<Pair> = view.samples.iter().map(|seen| seen.pair).collect();
-        let there = interpolant.at(&pairs);
+        let there = interpolant.where_covered(&pairs);
         let known = known(&pairs, &there.covered, max_theta_deg);
         let measured = image(&view, &known, &there.values)?;
         let importance = Importance::new(&view, &known);

@@ -94,6 +94,8 @@ pub(super) struct Cloud {
     tree: Tree,
     /// Squared distance of the [`REACH`]th neighbour of each sample.
     reach: Vec<f64>,
+    /// The largest of these.
+    farthest: f64,
     /// Smallest n.wi and n.wo.
     lowest: (f64, f64),
 }
@@ -116,6 +118,7 @@ impl Cloud {
             symmetry: Symmetry { isotropic: true, reciprocal: true },
             tree: Tree::new(Vec::new()),
             reach: Vec::new(),
+            farthest: 0.0,
             lowest,
         };
         cloud.settle();
@@ -126,6 +129,7 @@ impl Cloud {
             found.last().map_or(0.0, |near| near.square)
         };
         cloud.reach = cloud.pairs.par_iter().map(neighbour).collect();
+        cloud.farthest = cloud.reach.iter().copied().fold(0.0, f64::max);
         if cloud.symmetry.reciprocal {
             let (i, o) = cloud.lowest;
             cloud.lowest = (i.min(o), i.min(o));
@@ -158,6 +162,11 @@ impl Cloud {
 
     pub(super) fn symmetry(&self) -> Symmetry {
         self.symmetry
+    }
+
+    /// Whether a pair lies so far off to one side of all samples that none can be near enough to cover it.
+    pub(super) fn is_beyond(&self, pair: &Pair) -> bool {
+        self.tree.is_farther_than(self.farthest.max(SAME), &place(pair, self.symmetry))
     }
 
     /// Writes f at a pair, and returns whether the pair is covered.
@@ -234,6 +243,7 @@ pub(in crate::measurement) fn leave_each_out(
         symmetry,
         tree: tree(pairs, symmetry),
         reach: Vec::new(),
+        farthest: 0.0,
         lowest: (0.0, 0.0),
     };
     let of_part = |part: &[Pair]| {

@@ -67,6 +67,15 @@ pub struct Answer {
     pub covered: Vec<bool>,
 }
 
+/// What is computed beyond the data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Beyond {
+    /// The value of the nearest data.
+    Nearest,
+    /// Nothing.
+    Nothing,
+}
+
 /// Largest number of samples that are left out for a [`LeaveOut`].
 const LEFT_OUT: usize = 4000;
 
@@ -96,10 +105,20 @@ impl Interpolant {
     /// f at every pair. The result does not depend on the number of threads.
     #[must_use]
     pub fn at(&self, pairs: &[Pair]) -> Answer {
+        self.answer(pairs, Beyond::Nearest)
+    }
+
+    /// f at every pair that is covered; at others it may be NaN, which saves the search for the nearest samples.
+    #[must_use]
+    pub fn where_covered(&self, pairs: &[Pair]) -> Answer {
+        self.answer(pairs, Beyond::Nothing)
+    }
+
+    fn answer(&self, pairs: &[Pair], beyond: Beyond) -> Answer {
         /// Number of pairs that one thread computes at a time.
         const PIECE: usize = 512;
         let pieces: Vec<(Vec<f64>, Vec<bool>)> =
-            pairs.par_chunks(PIECE).map(|piece| self.piece(piece)).collect();
+            pairs.par_chunks(PIECE).map(|piece| self.piece(piece, beyond)).collect();
         let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(pairs.len()); self.channels];
         let mut covered = Vec::with_capacity(pairs.len());
         for (found, inside) in pieces {
@@ -112,7 +131,7 @@ impl Interpolant {
     }
 
     /// f at some pairs, with the channels of each pair together, and whether each pair is covered.
-    fn piece(&self, pairs: &[Pair]) -> (Vec<f64>, Vec<bool>) {
+    fn piece(&self, pairs: &[Pair], beyond: Beyond) -> (Vec<f64>, Vec<bool>) {
         let mut values = vec![0.0; pairs.len() * self.channels];
         let mut room = cloud::Room::default();
         let mut of_part = Vec::new();
@@ -122,13 +141,13 @@ impl Interpolant {
                 return true;
             }
             if let [all] = self.parts.as_slice() {
-                return all.kind.at(pair, &mut room, f);
+                return all.kind.at(pair, beyond, &mut room, f);
             }
             let mut covered = true;
             for part in &self.parts {
                 of_part.clear();
                 of_part.resize(part.channels.len(), 0.0);
-                covered &= part.kind.at(pair, &mut room, &mut of_part);
+                covered &= part.kind.at(pair, beyond, &mut room, &mut of_part);
                 for (channel, value) in part.channels.iter().zip(&of_part) {
                     f.iter_mut().skip(*channel).take(1).for_each(|f| *f = *value);
                 }
@@ -198,9 +217,13 @@ impl Kind {
     }
 
     /// Writes f at a pair above the horizon, and returns whether the pair is covered.
-    fn at(&self, pair: &Pair, room: &mut cloud::Room, f: &mut [f64]) -> bool {
+    fn at(&self, pair: &Pair, beyond: Beyond, room: &mut cloud::Room, f: &mut [f64]) -> bool {
         match self {
             Self::Cells(cells) => cells.at(pair, f),
+            Self::Cloud(cloud) if beyond == Beyond::Nothing && cloud.is_beyond(pair) => {
+                f.fill(f64::NAN);
+                false
+            }
             Self::Cloud(cloud) => cloud.at(pair, room, f),
             Self::Own(own, _) => {
                 own.at(pair, f);

@@ -79,11 +79,21 @@ impl Tree {
     /// Writes the `k` points nearest to `to`, among those for which `admit` returns true, to `found`, nearest first.
     pub(super) fn nearest(&self, to: &Point, k: usize, admit: impl Fn(&Near) -> bool, found: &mut Vec<Near>) {
         found.clear();
+        self.descend(0, self.apart(to), to, k, &admit, found);
+    }
+
+    /// Whether the squared distance of every point from `to` is larger than `square`, as far as the ends of the axes tell.
+    pub(super) fn is_farther_than(&self, square: f64, to: &Point) -> bool {
+        self.apart(to).square > square * BEYOND
+    }
+
+    /// How far the box around all points is from `to`.
+    fn apart(&self, to: &Point) -> Apart {
         let mut along = [0.0; 5];
         for ((distance, x), (low, high)) in along.iter_mut().zip(to).zip(self.ends) {
             *distance = (low - x).max(x - high).max(0.0);
         }
-        self.descend(0, Apart::new(along), to, k, &admit, found);
+        Apart::new(along)
     }
 
     /// Looks for points in the part of the tree below `node`, which is `apart` from `to`.
