@@ -42,10 +42,10 @@ pub enum Needs {
 /// What a kind of figure does with several models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Several {
-    /// It is made to compare them, and says little about one.
-    Needed,
     /// Each has panels of its own.
     Rows,
+    /// It is made to compare them, and says little about one.
+    Needed,
     /// They share panels; of a single one, more is shown.
     Overlaid,
     /// It shows one model only.

@@ -26,7 +26,7 @@ pub(crate) use target::ColourTarget;
 #[cfg(feature = "plot")]
 pub(crate) use write::decode;
 #[cfg(feature = "images")]
-pub use write::{exr, false_colour, png, side_by_side};
+pub use write::{exr, false_colour, in_rows, png, side_by_side};
 
 use crate::error::Error;
 

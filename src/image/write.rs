@@ -70,6 +70,11 @@ pub fn png(image: &Image, exposure: f64) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
+/// Width of the line between two images, pixels.
+const GAP: usize = 4;
+/// Linear RGB of the line, and of the area below an image that is less high than the others.
+const GREY: [f64; 3] = [0.2; 3];
+
 /// Places the images side by side from left to right, aligned at the top, with a grey line between them.
 ///
 /// All get the same exposure; if theirs differ, apply [`Image::exposed`] first.
@@ -77,10 +82,6 @@ pub fn png(image: &Image, exposure: f64) -> Result<Vec<u8>, Error> {
 /// # Errors
 /// [`Error::Invalid`] if there is no image, or the number of pixels of one does not match.
 pub fn side_by_side(images: &[&Image]) -> Result<Image, Error> {
-    /// Width of the line between two images, pixels.
-    const GAP: usize = 4;
-    /// Linear RGB of the line, and of the area below an image that is less high than the others.
-    const GREY: [f64; 3] = [0.2; 3];
     images.iter().try_for_each(|image| image.check())?;
     let height = images.iter().map(|image| image.height).max().unwrap_or(0);
     let width = images.iter().map(|image| image.width).sum::<usize>() + GAP * images.len().saturating_sub(1);
@@ -95,6 +96,29 @@ pub fn side_by_side(images: &[&Image]) -> Result<Image, Error> {
                 None => pixels.extend(std::iter::repeat_n(GREY, image.width)),
             }
         }
+    }
+    Image::new(width, height, pixels)
+}
+
+/// Places images of the same size in rows of `columns`, with a grey line between them. Places that are left are grey.
+///
+/// # Errors
+/// [`Error::Invalid`] as for [`side_by_side`].
+pub fn in_rows(images: &[Image], columns: usize) -> Result<Image, Error> {
+    let rows = images.chunks(columns.max(1)).map(|row| side_by_side(&row.iter().collect::<Vec<_>>()));
+    let rows: Vec<Image> = rows.collect::<Result<_, _>>()?;
+    let width = rows.iter().map(|row| row.width).max().unwrap_or(0);
+    let (mut pixels, mut height) = (Vec::new(), 0);
+    for (index, row) in rows.iter().enumerate() {
+        if index > 0 {
+            pixels.extend(std::iter::repeat_n(GREY, GAP * width));
+            height += GAP;
+        }
+        for line in row.pixels.chunks_exact(row.width) {
+            pixels.extend_from_slice(line);
+            pixels.extend(std::iter::repeat_n(GREY, width - row.width));
+        }
+        height += row.height;
     }
     Image::new(width, height, pixels)
 }

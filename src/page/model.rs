@@ -106,9 +106,8 @@ impl Model {
 
 /// How much larger the residuals of a fit are than the noise; a dash if no noise is visible.
 fn over_noise(report: &Report) -> String {
-    or_dash(
-        report.misfit.as_ref().and_then(|misfit| misfit.ratio.map(|ratio| (ratio * 100.0).round() / 100.0)),
-    )
+    let ratio = report.misfit.as_ref().and_then(|misfit| misfit.ratio);
+    ratio.map_or_else(|| "-".to_owned(), |ratio| digits(ratio, 3))
 }
 
 fn line(p: &Parameter) -> ParameterLine {

@@ -7,7 +7,7 @@ use super::svg::{Anchor, Paint, Setting, Svg};
 use super::{cartesian, map, polar, typeset};
 use crate::error::Error;
 use crate::figure::data::{Axes, Axis, Body, FigureData, Panel};
-use crate::image::{Image, png, side_by_side};
+use crate::image::{Image, in_rows, png};
 use crate::math::count;
 
 /// How a figure is drawn.
@@ -144,7 +144,7 @@ impl FigureData {
             }
         };
         let images: Vec<Image> = self.panels.iter().map(image).collect::<Result<_, _>>()?;
-        png(&side_by_side(&images.iter().collect::<Vec<_>>())?, 1.0)
+        png(&in_rows(&images, self.side_by_side[0])?, 1.0)
     }
 }
 
