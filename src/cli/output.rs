@@ -28,6 +28,11 @@ impl Output {
         if path.is_dir() {
             return Err(Error::malformed(path, Place::File, "a file to write", "a folder"));
         }
+        // Where it does mean standard output it never comes here.
+        if path == Path::new("-") {
+            let expected = "a file to write (standard output is /dev/stdout)";
+            return Err(Error::malformed(path, Place::File, expected, "-"));
+        }
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),

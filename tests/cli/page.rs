@@ -186,6 +186,7 @@ fn mistakes_are_named() {
         ("no such report", "report none.json -o x.html", "none.json"),
         ("no such measurement", "report one.json -o x.html --measurement none.csv", "none.csv"),
         ("no such folder", "report one.json -o nowhere/x.html", "nowhere/x.html"),
+        ("a file called -", "plot one.json --kind lobe -o x.svg --data -", "/dev/stdout"),
         ("no output", "report one.json", "--output"),
         ("no input", "report -o x.html", "REPORT"),
     ];
