@@ -7,7 +7,7 @@ What it does
     not escaped. Each is opened at the width of a desk and of a phone, light and dark, and on paper. The script exits 1 if
       - the browser logs anything, shows a dialog, or asks for anything but the page itself;
       - a figure is missing, or one is blank: fewer than 8 colours, or more than 99.5 % of its pixels of one colour;
-      - anything is wider than the window;
+      - anything is wider than the window, or a link does not open what it leads to;
       - axe-core finds a fault that it calls serious or critical.
 
 How to run it (packages come from scripts/requirements-browser.txt, the browser is Debian's package chromium)
@@ -125,6 +125,18 @@ def check_access(page: Page, where: str) -> None:
         fault(where, f"axe-core: {violation}")
 
 
+def check_links(browser: Browser, path: Path) -> None:
+    """Every picture of the list opens its material."""
+    page = browser.new_page()
+    page.goto(path.as_uri())
+    for link in page.locator(".materials a").all():
+        link.click()
+        target = link.get_attribute("href")
+        if not page.locator(target).is_visible():
+            fault("all", f"{target} stays folded")
+    page.close()
+
+
 def check(browser: Browser, name: str, path: Path, expected: dict[str, int], keep: Path | None) -> None:
     """Checks a page in every view. What is folded is unfolded, unless no figures are expected."""
     for view, size, scheme in VIEWS:
@@ -211,6 +223,7 @@ def main() -> None:
         together = folder / "all.html"
         run(brdfit, "report", *reports[:-1], "-o", together)
         check(browser, "all", together, {}, arguments.keep)
+        check_links(browser, together)
         browser.close()
     if faults:
         sys.exit(f"{len(faults)} faults")

@@ -176,7 +176,7 @@ fn models_are_ranked_by_what_they_have_not_seen() {
         let report = &several["reports"][usize::try_from(rank["index"].as_u64().unwrap()).unwrap()];
         assert_eq!(rank["value"], report["selection"]["held_out"]["log"]);
     }
-    assert!(folder.brdfit(&line).stdout.contains("\n  held-out log "));
+    assert!(folder.brdfit(&line).stdout.contains("\nranking by held-out log:"));
     // Both models leave out the same.
     let out = |n: usize| &several["reports"][n]["selection"]["held_out"]["theta_i_deg"];
     assert_eq!(out(0), out(1));
