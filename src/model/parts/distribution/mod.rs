@@ -129,6 +129,7 @@ mod tests {
     use super::*;
     use crate::math::GaussLegendre;
     use approx::assert_relative_eq;
+    use rayon::prelude::*;
     use std::f64::consts::{FRAC_PI_2, PI};
 
     /// A geometry whose half vector and light are both at `theta`.
@@ -342,7 +343,8 @@ mod tests {
             "mx" | "my" => (0.05, 1.0),
             _ => spec.typical,
         };
-        for (name, d, shapes) in everywhere(range) {
+        let all: Vec<_> = everywhere(range).into_iter().collect();
+        all.into_par_iter().for_each(|(name, d, shapes)| {
             let (density, cos_lambda) = (d.density(&shapes), d.cos_lambda(&shapes));
             for theta in [0.3_f64, 1.0, 1.4, 1.54] {
                 let view = at(theta, 0.4);
@@ -387,6 +389,6 @@ mod tests {
                     g1 * seen / cos
                 );
             }
-        }
+        });
     }
 }
