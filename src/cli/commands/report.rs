@@ -35,9 +35,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     let Arguments { output, title, measurement: places, .. } = arguments;
     check_ending(output)?;
-    if let Some(missing) = places.iter().find(|place| !place.exists()) {
-        let error = std::io::Error::from(std::io::ErrorKind::NotFound);
-        return Err(Error::read(missing)(error));
+    for place in places {
+        std::fs::metadata(place).map_err(Error::read(place))?;
     }
     let inputs = [arguments.reports.as_slice(), places].concat();
     spares(&inputs, "-o", Some(output))?;
