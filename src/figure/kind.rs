@@ -183,13 +183,24 @@ pub(super) fn of_one_measurement<'a>(
     }
 }
 
+/// A fit, and the values of its model by channel and lobe.
+pub(super) type Fitted<'a> = (&'a Recorded, Vec<Vec<LobeValues>>);
+
+/// The fits among some subjects.
+pub(super) fn fits(subjects: &[Subject]) -> Result<Vec<Fitted<'_>>, Error> {
+    let fitted = subjects.iter().filter_map(|subject| Some((subject.recorded.as_ref()?, subject)));
+    fitted.map(|(recorded, subject)| Ok((recorded, subject.values()?))).collect()
+}
+
 /// Whether two subjects show the same measurement, read in the same way.
 pub(super) fn same_measurement(a: &Subject, b: &Subject) -> bool {
-    let bits = |rows: &[Vec<f64>]| rows.iter().flatten().map(|f| f.to_bits()).collect::<Vec<u64>>();
+    fn bits(rows: &[Vec<f64>]) -> impl Iterator<Item = u64> {
+        rows.iter().flatten().map(|f| f.to_bits())
+    }
     match (&a.measurement, &b.measurement) {
         (Some(a), Some(b)) => {
             let same_file = a.source.sha256 == b.source.sha256 && a.channels == b.channels;
-            Arc::ptr_eq(a, b) || (same_file && bits(&a.values) == bits(&b.values))
+            Arc::ptr_eq(a, b) || (same_file && bits(&a.values).eq(bits(&b.values)))
         }
         _ => false,
     }

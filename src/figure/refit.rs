@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::{LossKind, Options};
-use crate::measurement::{Measurement, Samples};
+use crate::measurement::{Filters, Measurement, Samples};
 use crate::parameters::{ParameterTable, Setting, Settings, channel_suffix};
 use crate::report::{Parameter, Recorded, Report};
 
@@ -30,10 +30,15 @@ pub(super) fn reported<'r>(report: &'r Report, table: &ParameterTable, row: usiz
     report.parameters.iter().find(|p| full(p) == name)
 }
 
+/// Filters that leave no more than `most` samples.
+pub(super) fn at_most(most: usize, filters: Filters) -> Filters {
+    Filters { samples: Some(filters.samples.map_or(most, |n| n.min(most))), ..filters }
+}
+
 /// The options of a refit of a report: those of the subject, with the loss of the report and no more than [`MOST_SAMPLES`].
 pub(super) fn refit_options(options: &Options, recorded: &Recorded) -> Options {
     let mut options = options.clone();
-    options.filters.samples = Some(options.filters.samples.map_or(MOST_SAMPLES, |n| n.min(MOST_SAMPLES)));
+    options.filters = at_most(MOST_SAMPLES, options.filters);
     options.loss = recorded.report.options.loss.known().unwrap_or(LossKind::None);
     options.loss_scale = recorded.report.options.loss_scale;
     options

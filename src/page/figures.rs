@@ -128,13 +128,16 @@ fn one(place: &str, subjects: &[Subject], plan: &Plan) -> Result<Vec<Result<Draw
 
 /// The first panel of a figure of lobes as a polar diagram; `None` for other figures.
 fn polar(figure: &FigureData) -> Option<FigureData> {
-    let mut panel = figure.panels.first()?.clone();
+    let mut panel = figure.panels.first().filter(|_| figure.kind == "lobe")?.clone();
     let Body::Curves(curves) = &mut panel.body else { return None };
-    if figure.kind != "lobe" {
-        return None;
-    }
     curves.axes = Axes::Polar;
-    Some(FigureData { panels: vec![panel], ..figure.clone() })
+    Some(with_panels(figure, vec![panel]))
+}
+
+/// The same figure with other panels.
+fn with_panels(figure: &FigureData, panels: Vec<Panel>) -> FigureData {
+    let FigureData { kind, caption, side_by_side, .. } = figure;
+    FigureData { kind, panels, caption: caption.clone(), side_by_side: *side_by_side }
 }
 
 /// Draws a figure. Panels that would stand one below the other are drawn one by one, so that a wide page sets them side by side.
@@ -142,9 +145,7 @@ fn drawn(place: &str, figure: &FigureData) -> Result<Drawn, Error> {
     let [columns, _] = figure.side_by_side;
     let parts: Vec<FigureData> = if columns == 1 {
         let panels = figure.panels.iter().enumerate();
-        panels
-            .map(|(k, panel)| FigureData { panels: vec![with_legend(panel, k == 0)], ..figure.clone() })
-            .collect()
+        panels.map(|(k, panel)| with_panels(figure, vec![with_legend(panel, k == 0)])).collect()
     } else {
         vec![figure.clone()]
     };
@@ -153,9 +154,8 @@ fn drawn(place: &str, figure: &FigureData) -> Result<Drawn, Error> {
     };
     let drawings = parts.iter().enumerate().map(draw).collect::<Result<_, Error>>()?;
     let pictures = figure.panels.iter().all(|panel| matches!(panel.body, Body::Picture(_)));
-    let first =
-        FigureData { panels: figure.panels.iter().take(columns.max(1)).cloned().collect(), ..figure.clone() };
-    let strip = pictures.then(|| first.png()).transpose()?.map(|png| data_link(&png));
+    let first_row = || with_panels(figure, figure.panels.iter().take(columns.max(1)).cloned().collect());
+    let strip = pictures.then(|| first_row().png()).transpose()?.map(|png| data_link(&png));
     Ok(Drawn { kind: figure.kind, drawings, caption: figure.caption.clone(), strip })
 }
 

@@ -2,8 +2,8 @@
 
 use super::fact::{Fact, known};
 use super::figures::{Drawn, Figures, NotDrawn};
-use super::model::Model;
-use crate::error::{Error, Place, listed};
+use super::model::{Caution, Model};
+use crate::error::{Error, OptionName, Place, listed};
 use crate::figure::Subject;
 use crate::progress::Progress;
 use crate::report::{Named as _, Report, compared};
@@ -55,7 +55,12 @@ pub(super) fn groups(subjects: &[Subject]) -> Result<Vec<Vec<Subject>>, Error> {
 
 impl Material {
     /// The material in this place of the page, counted from 1.
-    pub(super) fn new(number: usize, fits: &[Subject], progress: &Arc<dyn Progress>) -> Result<Self, Error> {
+    pub(super) fn new(
+        number: usize,
+        fits: &[Subject],
+        typed: fn(OptionName) -> String,
+        progress: &Arc<dyn Progress>,
+    ) -> Result<Self, Error> {
         let id = format!("material-{number}");
         let (fits, order) = ranked(fits);
         let Figures { of_all, of_each } = Figures::new(&id, &fits, progress)?;
@@ -71,7 +76,13 @@ impl Material {
                 !not_drawn.iter().any(|known| known.kind == other.kind && known.why == other.why)
             };
             let without = without.into_iter().filter(new).collect();
-            models.push(Model::new(&id, several.then_some(k), report, figures, without));
+            let warnings = report.warnings.iter().map(|warning| Caution::new(warning, typed)).collect();
+            models.push(Model {
+                figures,
+                not_drawn: without,
+                warnings,
+                ..Model::new(&id, several.then_some(k), report)
+            });
         }
         if let ([model], []) = (models.as_mut_slice(), not_drawn.as_slice()) {
             not_drawn.append(&mut model.not_drawn);

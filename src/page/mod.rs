@@ -8,7 +8,7 @@ mod figures;
 mod material;
 mod model;
 
-use crate::error::Error;
+use crate::error::{Error, OptionName};
 use crate::figure::{IN_THE_DARK, Subject};
 use crate::progress::Progress;
 use askama::Template;
@@ -31,7 +31,7 @@ pub struct Page {
 
 impl Page {
     /// The page of some fits, each with its report and its measurement. Fits that share a measurement, the same in memory, stand side by
-    /// side. Without a `title` the page is called after its material.
+    /// side. Without a `title` the page is called after its material. `typed` spells the options that warnings suggest.
     ///
     /// # Errors
     /// Those of figures that cannot be written; [`Error::Malformed`] for a subject without a report or a measurement. A figure that the
@@ -39,13 +39,14 @@ impl Page {
     pub fn new(
         subjects: &[Subject],
         title: Option<&str>,
+        typed: fn(OptionName) -> String,
         progress: &Arc<dyn Progress>,
     ) -> Result<Self, Error> {
         let groups = material::groups(subjects)?;
         let materials: Vec<Material> = groups
             .iter()
             .enumerate()
-            .map(|(index, fits)| Material::new(index + 1, fits, progress))
+            .map(|(index, fits)| Material::new(index + 1, fits, typed, progress))
             .collect::<Result<_, _>>()?;
         let own = match materials.as_slice() {
             [only] => only.name.clone(),

@@ -2,6 +2,7 @@
 
 use super::fact::{Fact, known};
 use super::figures::{Drawn, NotDrawn};
+use crate::error::OptionName;
 use crate::figure::letter;
 use crate::fit::Metric;
 use crate::model::Unit;
@@ -59,6 +60,13 @@ pub(super) struct Caution {
     pub(super) options: Vec<String>,
 }
 
+impl Caution {
+    /// A warning, with its options as they are `typed`.
+    pub(super) fn new(warning: &WarningRecord, typed: fn(OptionName) -> String) -> Self {
+        Self { text: warning.to_string(), options: warning.options(typed) }
+    }
+}
+
 /// A longer table of parameters is folded away.
 const LONG: usize = 24;
 
@@ -68,14 +76,9 @@ impl Model {
         self.parameters.len() > LONG
     }
 
-    /// The model of a report. `place` counts it among those of its material; `None` if it is the only one.
-    pub(super) fn new(
-        material: &str,
-        place: Option<usize>,
-        report: &Report,
-        figures: Vec<Drawn>,
-        not_drawn: Vec<NotDrawn>,
-    ) -> Self {
+    /// The model of a report, without its warnings and figures. `place` counts it among those of its material; `None` if it is the
+    /// only one.
+    pub(super) fn new(material: &str, place: Option<usize>, report: &Report) -> Self {
         let t = &report.termination;
         let or_unknown = |error: f64| or_dash(Some(error).filter(|error| error.is_finite()));
         let derived = report.derived.iter().map(|derived| ParameterLine {
@@ -96,10 +99,10 @@ impl Model {
             usable: t.usable,
             verdict: format!("{}, {} iterations", t.reason, t.iterations),
             parameters: report.parameters.iter().map(line).chain(derived).collect(),
-            warnings: report.warnings.iter().map(caution).collect(),
+            warnings: Vec::new(),
             facts: facts(report),
-            figures,
-            not_drawn,
+            figures: Vec::new(),
+            not_drawn: Vec::new(),
         }
     }
 }
@@ -137,10 +140,6 @@ fn plus_minus(text: String) -> String {
 
 fn interval(ci95: Option<[f64; 2]>) -> String {
     ci95.map_or_else(String::new, |[low, high]| format!("{} to {}", digits(low, 4), digits(high, 4)))
-}
-
-fn caution(warning: &WarningRecord) -> Caution {
-    Caution { text: warning.to_string(), options: warning.options(|option| format!("--{option}")) }
 }
 
 fn facts(report: &Report) -> Vec<Fact> {

@@ -1,5 +1,6 @@
 //! `brdfit report`: a web page about fits.
 
+use crate::cli::messages::typed;
 use crate::cli::options::input::{ReadArguments, SampleArguments};
 use crate::cli::options::recorded::{Measurements, measurement_in, reports};
 use crate::cli::outcome::Outcome;
@@ -48,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         .collect();
     spares(&read, "-o", Some(output))?;
     let file = Output::open(output)?;
-    let page = Page::new(&subjects, title.as_deref(), &(Arc::clone(&late) as Arc<dyn Progress>));
+    let page = Page::new(&subjects, title.as_deref(), typed, &(Arc::clone(&late) as Arc<dyn Progress>));
     late.finish();
     file.commit(page?.html()?.as_bytes())?;
     Ok(Outcome::Good)

@@ -3,14 +3,13 @@
 use crate::error::Error;
 use crate::figure::data::{Axis, Body, FigureData, Map, Panel, Scale};
 use crate::figure::kind::{
-    Kind, Needs, Several, Subject, Wanted, channel_title, channels_shown, chosen_channels,
+    Kind, Needs, Several, Subject, Wanted, channel_title, channels_shown, chosen_channels, fits,
     of_one_measurement, which,
 };
 use crate::figure::text::Text;
 use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::image::{ColourMap, VIK, VIRIDIS};
 use crate::math::{Real as _, count};
-use crate::model::LobeValues;
 use crate::report::Recorded;
 
 /// The entry of the registry.
@@ -39,11 +38,10 @@ fn compute(subjects: &[Subject], wanted: &Wanted) -> Result<FigureData, Error> {
     // Three maps of one channel fill a row, so that one channel is enough unless the user names several.
     let chosen = chosen_channels(&channels, &Wanted { most_channels: 1, ..wanted.clone() })?;
     let cells = Cells::of(&measurement.directions);
-    let fits: Vec<(&Recorded, Vec<Vec<f64>>)> = subjects
-        .iter()
-        .filter_map(|subject| Some((subject.recorded.as_ref()?, subject)))
-        .map(|(recorded, subject)| Ok((recorded, cells.values(recorded, &subject.values()?))))
-        .collect::<Result<_, Error>>()?;
+    let fits: Vec<(&Recorded, Vec<Vec<f64>>)> = fits(subjects)?
+        .into_iter()
+        .map(|(recorded, values)| (recorded, recorded.expression.values(&cells.directions, &values)))
+        .collect();
 
     let mut panels = Vec::new();
     for &channel in &chosen {
@@ -119,11 +117,6 @@ impl Cells {
     /// The values of a channel for the samples that are shown.
     fn shown_of(&self, row: &[f64]) -> Vec<f64> {
         self.places.iter().map(|(sample, _)| row.get(*sample).copied().unwrap_or(f64::NAN)).collect()
-    }
-
-    /// The values of a model by channel for the samples that are shown.
-    fn values(&self, recorded: &Recorded, values: &[Vec<LobeValues>]) -> Vec<Vec<f64>> {
-        recorded.expression.values(&self.directions, values)
     }
 
     /// The mean of a row in each cell, over the samples for which `measured` has a value; `None` for a cell without any.

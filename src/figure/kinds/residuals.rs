@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::figure::data::{Axes, Axis, Body, Colour, Curves, Dash, FigureData, Look, Marker, Panel, Series};
 use crate::figure::kind::{Kind, Needs, Several, Subject, Wanted, names};
-use crate::figure::refit::problem_table;
+use crate::figure::refit::{at_most, problem_table};
 use crate::figure::text::Text;
 use crate::fit::{Metric, ReflectanceProblem};
 use crate::geometry::Geometry;
@@ -130,9 +130,7 @@ fn unit_of(metric: Metric) -> &'static str {
 /// The residuals of a subject at the values of its report.
 fn residuals(subject: &Subject) -> Result<Residuals, Error> {
     let (recorded, measurement) = (subject.fitted()?, subject.measured()?);
-    let mut filters = subject.options.filters.clone();
-    filters.samples = Some(filters.samples.map_or(MOST_SAMPLES, |n| n.min(MOST_SAMPLES)));
-    let samples = Samples::select(measurement, &filters)?;
+    let samples = Samples::select(measurement, &at_most(MOST_SAMPLES, subject.options.filters.clone()))?;
     let table = problem_table(recorded, measurement, &samples)?;
     let metric = subject.options.metric;
     let problem = ReflectanceProblem::new(&recorded.expression, &samples, table.clone(), metric);

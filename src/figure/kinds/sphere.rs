@@ -2,10 +2,8 @@
 
 use crate::error::Error;
 use crate::figure::data::{Body, FigureData, Panel, Picture};
-use crate::figure::kind::{Kind, Needs, Several, Subject, Wanted, of_one_measurement, which};
+use crate::figure::kind::{Kind, Needs, Several, Subject, Wanted, fits, of_one_measurement, which};
 use crate::image::{Route, absolute_difference};
-use crate::model::LobeValues;
-use crate::report::Recorded;
 use crate::scene::Scene;
 use crate::select::{ModelAt, render};
 
@@ -25,11 +23,7 @@ const SIDE: u32 = 128;
 fn compute(subjects: &[Subject], wanted: &Wanted) -> Result<FigureData, Error> {
     let subject = of_one_measurement(subjects, KIND.name)?;
     let scene = wanted.scene.clone().map_or_else(|| Scene::studio(SIDE), Ok)?;
-    let fits: Vec<(&Recorded, Vec<Vec<LobeValues>>)> = subjects
-        .iter()
-        .filter_map(|subject| Some((subject.recorded.as_ref()?, subject)))
-        .map(|(recorded, subject)| Ok((recorded, subject.values()?)))
-        .collect::<Result<_, Error>>()?;
+    let fits = fits(subjects)?;
     let models: Vec<ModelAt<'_>> =
         fits.iter().map(|(recorded, values)| ModelAt { expression: &recorded.expression, values }).collect();
     // A picture leaves nothing out that a reader might look at.
