@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::fit::{
-    Budget, Fit, LossKind, Metric, Options, Uncertainty, checked_fraction, checked_target, evaluate, fit,
-    fit_to_target, fit_within,
+    Budget, Fit, LossKind, Metric, Options, ScaleError, Uncertainty, checked_fraction, checked_target,
+    evaluate, fit, fit_to_target, fit_within,
 };
 use crate::measurement::formats::BinPosition;
 use crate::measurement::{Measurement, Weighting};
@@ -266,11 +266,20 @@ impl FitBuilder<'_> {
         Ok(self)
     }
 
-    /// Takes standard errors from this source; [`Uncertainty::Formula`] by default. [`Uncertainty::BlockBootstrap`] is
+    /// Takes standard errors from this source; [`Uncertainty::Clustered`] by default. [`Uncertainty::BlockBootstrap`] is
     /// for data whose errors are similar within an angle of incidence; it makes 200 short fits.
     pub fn uncertainty(mut self, uncertainty: Uncertainty) -> Self {
         self.options.uncertainty = uncertainty;
         self
+    }
+
+    /// Includes an error of the measurement's scale in standard errors: `2%`, common to all channels, or `2%,per-channel`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for another text, and unless the size is above 0 and at most 100 %.
+    pub fn scale_error(mut self, text: &str) -> Result<Self, Error> {
+        self.options.scale_error = Some(ScaleError::parse(text)?);
+        Ok(self)
     }
 
     /// Fits within a budget of samples and iterations, and reports the errors on all samples in [`Fit::errors_on_all`].

@@ -65,6 +65,8 @@ pub enum OptionName {
     PerChannel,
     Quantity,
     Scale,
+    /// The error of the measurement's scale.
+    ScaleError,
     Separator,
     Set,
     Shared,
@@ -105,6 +107,7 @@ impl OptionName {
             Self::PerChannel => "per-channel",
             Self::Quantity => "quantity",
             Self::Scale => "scale",
+            Self::ScaleError => "scale-error",
             Self::Separator => "separator",
             Self::Set => "set",
             Self::Shared => "shared",

@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout, clippy::cast_precision_loss)]
 
 use crate::common::truth::{draw, range};
-use brdfit::fit::{Fit, Method, Metric, Options, fit};
+use brdfit::fit::{Fit, Method, Metric, Options, Uncertainty, fit};
 use brdfit::geometry::{Azimuths, Directions, HalfDifferenceGrid, Pair, direction};
 use brdfit::measurement::{Filters, Measurement, Samples, Weighting};
 use brdfit::model::{Expression, ParamSpec};
@@ -98,10 +98,11 @@ struct Setup {
     noise: Size,
     metric: Metric,
     weighting: Weighting,
+    uncertainty: Uncertainty,
 }
 
 const fn setup(noise: Size, metric: Metric, weighting: Weighting) -> Setup {
-    Setup { noise, metric, weighting }
+    Setup { noise, metric, weighting, uncertainty: Uncertainty::Clustered }
 }
 
 /// The first two must be calibrated, the others are printed.
@@ -119,7 +120,11 @@ const CALIBRATED: usize = 2;
 fn run(data: &Measurement, expression: &Expression, settings: Settings, setup: &Setup) -> Fit {
     let quiet: Arc<dyn Progress> = Arc::new(Quiet);
     let filters = Filters::default().with_weighting(setup.weighting);
-    let options = Options::default().with_metric(setup.metric).with_settings(settings).with_filters(filters);
+    let options = Options::default()
+        .with_metric(setup.metric)
+        .with_settings(settings)
+        .with_filters(filters)
+        .with_uncertainty(setup.uncertainty);
     fit(data, expression, &options, &quiet).unwrap()
 }
 
@@ -143,7 +148,7 @@ fn verdicts(truth: &ParameterTable, found: &Fit) -> Vec<Option<Verdict>> {
         let std_error = covariance.std_error(*index)?;
         let wanted = truth.rows()[*index].value;
         let error = found.table.rows()[*index].value - wanted;
-        let covered = error.abs() <= covariance.quantile * std_error;
+        let covered = error.abs() <= covariance.half_interval(*index)? * std_error;
         Some(Verdict { errors: error / std_error, relative: error / wanted, covered })
     };
     truth.free().iter().map(of_parameter).collect()
@@ -388,7 +393,8 @@ fn assert_same(found: &Fit, expected: &DMatrix<f64>) {
 fn the_sandwich_of_a_linear_problem_is_its_jackknife() {
     let data = linear_data();
     let expression = Expression::parse("lambert + cook-torrance").unwrap();
-    let setup = setup(Size::Known, Metric::L2, Weighting::SolidAngle);
+    let setup =
+        Setup { uncertainty: Uncertainty::Formula, ..setup(Size::Known, Metric::L2, Weighting::SolidAngle) };
     let found = run(&data, &expression, linear(), &setup);
     let (columns, right) = linear_problem(&data, Weighting::SolidAngle);
     let solve =
@@ -438,7 +444,9 @@ fn one_sample_alone_in_the_peak() {
         Noise { relative: 0.0, absolute: 1e-3 },
         3,
     );
-    let found = run(&data, &expression, settings, &setup(Size::Equal, Metric::L2, Weighting::Uniform));
+    let setup =
+        Setup { uncertainty: Uncertainty::Formula, ..setup(Size::Equal, Metric::L2, Weighting::Uniform) };
+    let found = run(&data, &expression, settings, &setup);
     let covariance = found.covariance.as_ref().unwrap();
     assert_eq!(covariance.method, Method::Sandwich);
     let ks = truth.free()[1];

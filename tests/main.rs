@@ -10,6 +10,7 @@ mod calibration;
 mod cli;
 mod coarse_to_fine;
 mod common;
+mod correlated;
 mod derivatives;
 #[cfg(feature = "cli")]
 mod doubt;

@@ -1,6 +1,6 @@
 //! How far a model is from the data, beside their noise: never said of a model that is true, and said of one that is not.
 
-use brdfit::fit::{Fit, Misfit, NoiseSource, Options, SigmaScale, Warning, WarningKind, fit};
+use brdfit::fit::{Fit, Misfit, NoiseSource, Options, SigmaScale, Uncertainty, Warning, WarningKind, fit};
 use brdfit::geometry::{Azimuths, Directions, Pair};
 use brdfit::measurement::{Filters, Measurement, Weighting};
 use brdfit::model::Expression;
@@ -145,7 +145,8 @@ fn chi_square_tells_wrong_standard_deviations() {
         data
     };
     let filters = Filters::default().with_weighting(Weighting::Sigma);
-    let options = Options::default().with_filters(filters);
+    let by_default = Options::default().with_filters(filters);
+    let options = by_default.clone().with_uncertainty(Uncertainty::Formula);
     let automatic = options.clone().with_sigma_scale(SigmaScale::Auto);
     let model = "lambert + cook-torrance";
     let error = |fit: &Fit| fit.parameter("m").unwrap().std_error.unwrap();
@@ -160,6 +161,15 @@ fn chi_square_tells_wrong_standard_deviations() {
         assert_eq!(warning.is_some(), expected, "{factor}");
         assert!(warning.is_none_or(|warning| warning.to_string().contains(words)), "{factor}: {warning:?}");
         assert!((error(&fit) / (honest * factor) - 1.0).abs() < 1e-6, "{factor}");
+        // By default, they are as small as the file says only if the residuals are.
+        let cautious = error(&fitted(&scaled(factor), model, &by_default)) / error(&fit);
+        if factor < 1.0 {
+            let [low, high] =
+                fitted(&scaled(factor), model, &by_default).parameter("m").unwrap().ci95.unwrap();
+            assert!(cautious > 2.0 && (low..=high).contains(&0.3), "{cautious}: {low} to {high}");
+        } else {
+            assert!((cautious - 1.0).abs() < 1e-9, "{cautious}");
+        }
         // Scaled by chi-square, the errors are those of the residuals, whatever factor the file has.
         let rescaled = error(&fitted(&scaled(factor), model, &automatic));
         assert!((rescaled / (error(&fit) * chi2.sqrt()) - 1.0).abs() < 1e-6, "{factor}");

@@ -146,7 +146,7 @@ fn case(truth: &Truth, size: Size, metric: Metric, weighting: Weighting, sets: u
             let covariance = found.covariance.as_ref().filter(|_| found.unusable.is_none())?;
             let std_error = covariance.std_error(*index)?;
             let error = found.table.rows()[*index].value - truth.table.rows()[*index].value;
-            Some((error / std_error, error.abs() <= covariance.quantile * std_error))
+            Some((error / std_error, error.abs() <= covariance.half_interval(*index)? * std_error))
         };
         let verdicts: Vec<_> = truth.table.free().iter().map(of_parameter).collect();
         (verdicts, found.warnings.iter().any(|warning| warning.kind() == WarningKind::Bias))

@@ -211,7 +211,8 @@ fn angles_are_resampled() {
     assert_eq!(report["fit"]["resampling"]["theta_i_deg"], json!(angles));
 
     // The fit itself is the formula's, and so is which parameters have an error.
-    let formula = folder.brdfit(&format!("fit paint.csv -m {MODEL} --free ks --json")).json();
+    let formula =
+        folder.brdfit(&format!("fit paint.csv -m {MODEL} --free ks --uncertainty formula --json")).json();
     assert_eq!(formula["options"]["uncertainty"], "formula");
     assert_eq!(formula["fit"]["resampling"], Value::Null);
     for name in ["kd", "m", "f0", "ks"] {

@@ -14,7 +14,7 @@ mod verdict;
 pub use budget::checked_target;
 pub use budget::{fit_to_target, fit_within};
 pub(crate) use image::fit_image;
-pub use options::{Budget, Options, SigmaScale, Uncertainty};
+pub use options::{Budget, Options, ScaleError, SigmaScale, Uncertainty};
 pub use problem::loss::LossKind;
 #[doc(hidden)]
 pub use problem::loss::{LOSS_SCALES, Objective};
@@ -25,7 +25,7 @@ pub use problem::reflectance::ReflectanceProblem;
 pub use run::{evaluate, fit};
 pub use search::best_start::Start;
 pub use verdict::bootstrap::Resampled;
-pub use verdict::covariance::{Covariance, Method};
+pub use verdict::covariance::{Covariance, Grouping, Method};
 #[doc(hidden)]
 pub use verdict::errors::score;
 pub use verdict::errors::{ErrorTable, Errors};

@@ -6,6 +6,7 @@ use crate::error::{Error, OptionName};
 use crate::measurement::{Filters, checked_max_theta};
 use crate::parameters::Settings;
 use crate::solver::{Limits, Observer, SolverKind, StopSignal};
+use std::fmt;
 use std::time::Instant;
 
 /// Options of a fit. The defaults are those of the command line; each `with_` method changes one of them.
@@ -38,6 +39,8 @@ pub struct Options {
     pub uncertainty: Uncertainty,
     /// What standard deviations mean, where they are the weights.
     pub sigma_scale: SigmaScale,
+    /// The error of the measurement's scale, which standard errors include; `None` if it is negligible.
+    pub scale_error: Option<ScaleError>,
     /// The optimiser of the final fit; the default is the one to use, the others are for comparison.
     pub solver: SolverKind,
     /// Largest number of iterations of the final fit by Levenberg-Marquardt; other solvers are allowed more.
@@ -93,7 +96,7 @@ impl Options {
         Self { hold_out: Some(fraction), ..self }
     }
 
-    /// Takes standard errors from this source; [`Uncertainty::Formula`] by default.
+    /// Takes standard errors from this source; [`Uncertainty::Clustered`] by default.
     #[must_use]
     pub fn with_uncertainty(self, uncertainty: Uncertainty) -> Self {
         Self { uncertainty, ..self }
@@ -103,6 +106,12 @@ impl Options {
     #[must_use]
     pub fn with_sigma_scale(self, sigma_scale: SigmaScale) -> Self {
         Self { sigma_scale, ..self }
+    }
+
+    /// Includes an error of the measurement's scale in standard errors, such as that of the reflectance standard it was calibrated with.
+    #[must_use]
+    pub fn with_scale_error(self, scale_error: ScaleError) -> Self {
+        Self { scale_error: Some(scale_error), ..self }
     }
 
     /// Makes the final fit with this optimiser. The default is the one to use.
@@ -161,6 +170,7 @@ impl Default for Options {
             hold_out: None,
             uncertainty: Uncertainty::default(),
             sigma_scale: SigmaScale::default(),
+            scale_error: None,
             solver: SolverKind::default(),
             iterations: 300,
             stop: None,
@@ -173,8 +183,11 @@ impl Default for Options {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Uncertainty {
-    /// From the linear model at the optimum, for independent samples.
+    /// From the linear model at the optimum and the scatter of groups of samples that err together; from the standard deviations that are
+    /// the weights, if there are any and the residuals are no larger.
     #[default]
+    Clustered,
+    /// From the linear model at the optimum, for independent samples.
     Formula,
     /// From fits repeated on resampled angles of incidence.
     BlockBootstrap,
@@ -185,6 +198,7 @@ impl Uncertainty {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Clustered => "clustered",
             Self::Formula => "formula",
             Self::BlockBootstrap => "block-bootstrap",
         }
@@ -210,6 +224,49 @@ impl SigmaScale {
             Self::Absolute => "absolute",
             Self::Auto => "auto",
         }
+    }
+}
+
+/// The error of a measurement's scale: an unknown factor that all samples have in common, as the calibration leaves it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ScaleError {
+    /// Standard deviation of the factor, relative to 1.
+    pub relative: f64,
+    /// Whether each channel has a factor of its own, rather than one for all.
+    pub per_channel: bool,
+}
+
+impl ScaleError {
+    /// The text after the size if each channel has a factor of its own, or not.
+    const KINDS: [(&'static str, bool); 2] = [("shared", false), ("per-channel", true)];
+
+    /// Parses `2%` or `0.02`, and after a comma `shared` (the default) or `per-channel`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for another text, and unless the size is above 0 and at most 100 %.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let invalid = || {
+            let expected = "a size such as 2% or 0.02, above 0 and at most 100%, and after a comma shared or per-channel";
+            Error::invalid(OptionName::ScaleError, expected, text.to_owned())
+        };
+        let (size, kind) = text.split_once(',').unwrap_or((text, "shared"));
+        let (digits, unit) = size.trim().strip_suffix('%').map_or((size, 1.0), |digits| (digits, 0.01));
+        let relative = digits.trim().parse::<f64>().map_err(|_| invalid())? * unit;
+        let kind = Self::KINDS.iter().find(|(name, _)| *name == kind.trim()).ok_or_else(invalid)?;
+        if relative > 0.0 && relative <= 1.0 {
+            Ok(Self { relative, per_channel: kind.1 })
+        } else {
+            Err(invalid())
+        }
+    }
+}
+
+/// Writes what [`ScaleError::parse`] reads.
+impl fmt::Display for ScaleError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = if self.per_channel { "per-channel" } else { "shared" };
+        write!(f, "{},{kind}", self.relative)
     }
 }
 

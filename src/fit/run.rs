@@ -53,7 +53,7 @@ pub fn fit(
         }
     };
     let groups = match options.uncertainty {
-        Uncertainty::Formula => None,
+        Uncertainty::Clustered | Uncertainty::Formula => None,
         Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
     };
     let with_sigma = unused_sigma(measurement, &samples, options);

@@ -28,6 +28,8 @@ const ROUNDING_DEG: f64 = 1e-6;
 /// Largest number of angles that are kept as groups; with more, the directions are dense or random and are grouped in
 /// ranges.
 const MOST_ANGLES: usize = 50;
+/// Number of samples of which the angles are counted first.
+const FIRST_SAMPLES: usize = 10_000;
 /// Width of those ranges, in degrees.
 const RANGE_DEG: f64 = 5.0;
 /// Number of those ranges, from the normal to the horizon.
@@ -72,6 +74,18 @@ impl Samples {
 
 /// One group per angle; `None` if there are too many angles.
 fn angles(theta_i: &[f64]) -> Option<IncidenceGroups> {
+    // More samples never have fewer angles, so that the first ones of a dense table are enough to see that there are too many.
+    distinct(theta_i.get(..FIRST_SAMPLES).unwrap_or_default())?;
+    let groups = distinct(theta_i)?;
+    let group = |angle: &f64| groups.partition_point(|[low, _]| low <= angle).saturating_sub(1);
+    let of_sample = theta_i.iter().map(group).collect();
+    // The intended angle: the middle, without the digits that a conversion from radians adds.
+    let meant = |[low, high]: [f64; 2]| (50.0 * (low + high)).round() / 100.0;
+    Some(IncidenceGroups { theta_i_deg: groups.into_iter().map(|g| [meant(g); 2]).collect(), of_sample })
+}
+
+/// The smallest and the largest of the angles that count as one, ascending; `None` if there are too many.
+fn distinct(theta_i: &[f64]) -> Option<Vec<[f64; 2]>> {
     let mut sorted = theta_i.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
     let mut groups: Vec<[f64; 2]> = Vec::new();
@@ -83,11 +97,7 @@ fn angles(theta_i: &[f64]) -> Option<IncidenceGroups> {
             _ => groups.push([angle, angle]),
         }
     }
-    let group = |angle: &f64| groups.partition_point(|[low, _]| low <= angle).saturating_sub(1);
-    let of_sample = theta_i.iter().map(group).collect();
-    // The intended angle: the middle, without the digits that a conversion from radians adds.
-    let meant = |[low, high]: [f64; 2]| (50.0 * (low + high)).round() / 100.0;
-    Some(IncidenceGroups { theta_i_deg: groups.into_iter().map(|g| [meant(g); 2]).collect(), of_sample })
+    Some(groups)
 }
 
 /// One group for each range that contains samples.

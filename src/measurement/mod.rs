@@ -1,5 +1,6 @@
 //! Measured reflectance: the contents of a file, which samples are usable, and how they are weighted.
 
+mod clusters;
 mod continuous;
 mod coverage;
 mod dead_channels;
@@ -22,6 +23,8 @@ mod retain;
 mod samples;
 mod table_fault;
 
+#[doc(hidden)]
+pub use clusters::{ClusterKind, Clusters};
 pub use continuous::Continuous;
 pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
 #[doc(hidden)]

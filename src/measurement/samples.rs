@@ -283,6 +283,19 @@ impl Samples {
         }
     }
 
+    /// The same with the values and predictions of each channel multiplied by its factor. Standard deviations stay.
+    #[must_use]
+    pub(crate) fn scaled(mut self, factors: &[f64]) -> Self {
+        assert_eq!(factors.len(), self.values.len(), "a factor for each channel");
+        for rows in [&mut self.values, &mut self.predicted.values] {
+            for (row, factor) in rows.iter_mut().zip(factors) {
+                row.iter_mut().for_each(|value| *value *= factor);
+            }
+        }
+        self.predicted.noise_floors.iter_mut().zip(factors).for_each(|(floor, factor)| *floor *= factor);
+        self
+    }
+
     /// The samples at `indices`.
     pub(crate) fn at(&self, indices: &[usize]) -> Self {
         let gather = |rows: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {

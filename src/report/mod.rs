@@ -17,10 +17,10 @@ mod text;
 pub use open::{Criterion, Named, Open, ParameterStatus, StopReason};
 pub use read::{Recorded, is_report, read};
 pub use record::{
-    Correlation, Data, Derived, ErrorRecord, Failure, FilterRecord, FitRecord, HeldOutRecord, InOrder,
-    MisfitRecord, OptionRecord, Parameter, Rank, Report, Reports, ResamplingRecord, SCHEMA, SCHEMA_SEVERAL,
-    SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord, WorstRecord,
-    schema,
+    Correlation, Data, Derived, ErrorRecord, Failure, FilterRecord, FitRecord, GroupingRecord, HeldOutRecord,
+    InOrder, MisfitRecord, OptionRecord, Parameter, Rank, Report, Reports, ResamplingRecord, SCHEMA,
+    SCHEMA_SEVERAL, SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord,
+    WorstRecord, schema,
 };
 pub use summary::SummaryRow;
 #[cfg(feature = "page")]
@@ -94,6 +94,7 @@ impl Report {
                 reduced_chi2: fit.reduced_chi2,
                 condition: fit.covariance.as_ref().map(|c| c.condition).filter(|c| c.is_finite()),
                 uncertainty_method: fit.covariance.as_ref().map(|c| c.method.into()),
+                grouping: fit.covariance.as_ref().and_then(|c| c.grouping).map(GroupingRecord::from),
                 resampling: fit.resampled.as_ref().map(ResamplingRecord::from),
             },
             selection: SelectionRecord {
@@ -240,7 +241,8 @@ fn estimate(fit: &Fit, a: usize, b: usize) -> Option<Estimate> {
         let (std_error, ci95) = std_error.and_then(|_| resampled.product(a, b)).unzip();
         return Some(Estimate { value, std_error, ci95 });
     }
-    let ci95 = std_error.and_then(|error| fit.interval(value, error));
+    let half_interval = covariance.map(|covariance| covariance.widest_half_interval([a, b]));
+    let ci95 = std_error.zip(half_interval).map(|(error, half)| [value - half * error, value + half * error]);
     Some(Estimate { value, std_error, ci95 })
 }
 

@@ -4,8 +4,8 @@ use crate::error::OptionName;
 use crate::fit::{
     Budget, LossKind, Method, Metric, NoiseSource, ParameterState, SigmaScale, Uncertainty, WarningKind,
 };
-use crate::measurement::Weighting;
 use crate::measurement::formats::BinPosition;
+use crate::measurement::{ClusterKind, Weighting};
 use crate::model::Unit;
 use crate::solver::{SolverKind, Termination};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -130,11 +130,12 @@ macro_rules! named {
 named! {
     BinPosition (name): Center Edge;
     Budget (name): Fast Balanced Full;
+    ClusterKind (name): Incidence IncidenceRange Neighbourhood Direction;
     LossKind (name): None Huber Cauchy;
-    Method (name): Absolute Sandwich BlockBootstrap;
+    Method (name): Absolute Clustered Sandwich BlockBootstrap;
     Metric (name): L2 Log Cbrt UnbiasedCbrt;
     OptionName (name): Angles Azimuth Bounds Columns Decimal Fix Format Free HoldOut Init LeaveOut LightDirection Loss LossScale MaxTheta
-        MeanOfSAndP Metric Missing PerChannel Quantity Scale Separator Set Shared SigmaScale Svg TargetError Thickness Tie Timeout Tolerance
+        MeanOfSAndP Metric Missing PerChannel Quantity Scale ScaleError Separator Set Shared SigmaScale Svg TargetError Thickness Tie Timeout Tolerance
         Uncertainty Weights;
     NoiseSource (name): Sigma Repeats ReciprocalPairs Neighbours;
     SigmaScale (name): Absolute Auto;
@@ -142,7 +143,7 @@ named! {
         #[cfg(feature = "solvers")] ParticleSwarm;
     ParameterStatus (name): Free Fixed Tied AtLower AtUpper Absent;
     Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
-    Uncertainty (name): Formula BlockBootstrap;
+    Uncertainty (name): Clustered Formula BlockBootstrap;
     Unit (symbol): One Degrees UnscaledMerl;
     WarningKind (name): AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
         LossDiscards Misfit NotIdentifiable NotReflectance NotUsable Polarised RepeatedValue Resampling Saturated StrengthAboveOne

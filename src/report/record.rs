@@ -5,11 +5,11 @@
 use super::open::{Criterion, Open, ParameterStatus, StopReason};
 use crate::error::OptionName;
 use crate::fit::{
-    Budget, Errors, Fit, FittedParameter, HeldOut, LossKind, Method, Metric, Misfit, NoiseSource, Options,
-    Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
+    Budget, Errors, Fit, FittedParameter, Grouping, HeldOut, LossKind, Method, Metric, Misfit, NoiseSource,
+    Options, Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
 };
-use crate::measurement::Weighting;
 use crate::measurement::formats::BinPosition;
+use crate::measurement::{ClusterKind, Weighting};
 use crate::model::Unit;
 use crate::solver::SolverKind;
 use schemars::generate::SchemaSettings;
@@ -272,8 +272,28 @@ pub struct FitRecord {
     pub condition: Option<f64>,
     /// How the uncertainty was found; null if there is none.
     pub uncertainty_method: Option<Open<Method>>,
+    /// The groups of samples that err together, from which the standard errors were found; null for other methods.
+    #[serde(default)]
+    pub grouping: Option<GroupingRecord>,
     /// What the block bootstrap drew; null for other methods.
     pub resampling: Option<ResamplingRecord>,
+}
+
+/// Groups of samples that err together.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct GroupingRecord {
+    /// What the samples of a group have in common.
+    pub kind: Open<ClusterKind>,
+    /// Width of a neighbourhood in the direction of the viewer, degrees; null for other kinds.
+    pub width_deg: Option<f64>,
+    /// Number of groups.
+    pub groups: usize,
+}
+
+impl From<Grouping> for GroupingRecord {
+    fn from(Grouping { kind, width_deg, groups }: Grouping) -> Self {
+        Self { kind: kind.into(), width_deg, groups }
+    }
 }
 
 /// What the block bootstrap drew.
@@ -416,6 +436,8 @@ pub struct OptionRecord {
     pub uncertainty: Option<Open<Uncertainty>>,
     /// What the standard deviations of the file mean; null unless they are the weights.
     pub sigma_scale: Option<Open<SigmaScale>>,
+    /// The error of the measurement's scale that standard errors include, such as `0.02,shared`; null if there is none.
+    pub scale_error: Option<String>,
     /// The directions that the cells of a MERL table stand for.
     pub merl_bins: Open<BinPosition>,
     /// The material that was read from a file that holds several, as given; null if none was named.
@@ -448,6 +470,7 @@ impl OptionRecord {
             solver: Some(options.solver.into()),
             uncertainty: Some(options.uncertainty.into()),
             sigma_scale: (fit.weighting == Weighting::Sigma).then(|| options.sigma_scale.into()),
+            scale_error: options.scale_error.map(|scale_error| scale_error.to_string()),
             loss: options.loss.into(),
             loss_scale: fit.loss_scale,
             loss_scale_auto: fit.loss_scale.map(|_| options.loss_scale.is_none()),

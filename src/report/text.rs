@@ -1,9 +1,12 @@
 //! Writes the report as a table for people to read.
 
-use super::{ErrorRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord};
+use super::{
+    ErrorRecord, GroupingRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord,
+};
 use crate::error::listed;
 use crate::fit::{Method, Metric, Worst};
 use crate::lines::{Lines, Role, free, left, right};
+use crate::measurement::ClusterKind;
 use crate::model::Unit;
 use std::fmt::Write as _;
 
@@ -202,6 +205,20 @@ pub(crate) fn misfit_in_words(misfit: &MisfitRecord) -> String {
     format!("residuals: {what}{worst}")
 }
 
+/// The groups of samples that err together, in words.
+fn grouping(grouping: Option<&GroupingRecord>) -> String {
+    let Some(GroupingRecord { kind, width_deg, groups }) = grouping else { return "groups".to_owned() };
+    match (kind.known(), width_deg) {
+        (Some(ClusterKind::Incidence), _) => format!("{groups} angles of incidence"),
+        (Some(ClusterKind::IncidenceRange), _) => format!("{groups} ranges of the angle of incidence"),
+        (Some(ClusterKind::Neighbourhood), Some(width)) => {
+            format!("{groups} neighbourhoods of directions, {width} degrees wide")
+        }
+        (Some(ClusterKind::Direction), _) => format!("{groups} directions"),
+        _ => format!("{groups} groups"),
+    }
+}
+
 fn errors(text: &mut Lines, report: &Report) -> std::fmt::Result {
     let e = &report.errors;
     let (log_ratio, relative) = (or_dash(e.log_ratio), or_dash(e.relative));
@@ -226,6 +243,7 @@ fn errors(text: &mut Lines, report: &Report) -> std::fmt::Result {
             let n = resampling.theta_i_deg.len();
             format!("block bootstrap over {n} {groups}, {} replicates", resampling.replicates)
         }
+        (Some(Method::Clustered), _) => format!("clustered by {}", grouping(report.fit.grouping.as_ref())),
         (Some(Method::Sandwich), _) => "sandwich: independent samples, each with its own noise".to_owned(),
         (Some(Method::Absolute), _) => "from the given sigma: independent samples".to_owned(),
         _ => "none".to_owned(),

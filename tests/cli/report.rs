@@ -243,6 +243,7 @@ fn assert_report(report: &Value) {
             ("cost", "number"),
             ("reduced_chi2", "number|null"),
             ("condition", "number|null"),
+            ("grouping", "object|null"),
             ("uncertainty_method", "string|null"),
             ("resampling", "object|null"),
         ],
@@ -422,7 +423,9 @@ fn reports_of_earlier_versions_are_read() {
     };
     remove("", "misfit", Value::Null);
     remove("filters", "sigma_unused", json!(false));
+    remove("fit", "grouping", Value::Null);
     remove("options", "sigma_scale", Value::Null);
+    remove("options", "scale_error", Value::Null);
     remove("options", "material", Value::Null);
     remove("options", "reading", json!([]));
     remove("data", "remarks", json!([]));

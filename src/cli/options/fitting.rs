@@ -2,8 +2,8 @@
 
 use brdfit::Error;
 use brdfit::fit::{
-    Budget, Fit, Options, SigmaScale, Uncertainty, checked_fraction, checked_target, fit, fit_to_target,
-    fit_within,
+    Budget, Fit, Options, ScaleError, SigmaScale, Uncertainty, checked_fraction, checked_target, fit,
+    fit_to_target, fit_within,
 };
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
@@ -18,12 +18,16 @@ pub struct FittingArguments {
     /// Leave this fraction of the incidence angles out of the fit, and report the errors on them
     #[arg(long, value_name = "FRACTION")]
     hold_out: Option<f64>,
-    /// Find standard errors by formula, or by refitting resampled incidence angles (200 fits)
-    #[arg(long, value_enum, default_value_t = UncertaintyName::Formula)]
+    /// Find standard errors from groups of samples that err together, by the formula for independent samples, or by refitting resampled
+    /// incidence angles (200 fits)
+    #[arg(long, value_enum, default_value_t = UncertaintyName::Clustered)]
     uncertainty: UncertaintyName,
     /// Take the standard deviations of --weights sigma as the noise itself, or up to a factor that chi-square gives
     #[arg(long, value_enum, default_value_t = SigmaScaleName::Absolute)]
     sigma_scale: SigmaScaleName,
+    /// Include this error of the measurement's scale in standard errors: such as 2%, or 2%,per-channel if each channel was calibrated by itself
+    #[arg(long, value_name = "SIZE")]
+    scale_error: Option<String>,
     /// Optimiser of the final fit; the default is the one to use, the others are for comparison
     #[arg(long, value_enum, default_value_t = SolverName::LevenbergMarquardt, value_name = "NAME")]
     solver: SolverName,
@@ -73,6 +77,7 @@ impl From<SolverName> for SolverKind {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum UncertaintyName {
+    Clustered,
     Formula,
     BlockBootstrap,
 }
@@ -95,6 +100,7 @@ impl From<SigmaScaleName> for SigmaScale {
 impl From<UncertaintyName> for Uncertainty {
     fn from(name: UncertaintyName) -> Self {
         match name {
+            UncertaintyName::Clustered => Self::Clustered,
             UncertaintyName::Formula => Self::Formula,
             UncertaintyName::BlockBootstrap => Self::BlockBootstrap,
         }
@@ -109,6 +115,7 @@ impl FittingArguments {
             .with_uncertainty(self.uncertainty.into())
             .with_sigma_scale(self.sigma_scale.into())
             .with_solver(self.solver.into());
+        options.scale_error = self.scale_error.as_deref().map(ScaleError::parse).transpose()?;
         options.hold_out = self.hold_out.map(checked_fraction).transpose()?;
         Ok(options)
     }

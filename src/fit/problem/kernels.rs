@@ -8,6 +8,7 @@ use super::loss::{LossKind, Objective};
 use super::metric::{Transform, Wanted};
 use crate::geometry::Row;
 use crate::model::BasisBlock;
+use crate::solver::inverse::group_sums::GroupSums;
 use crate::solver::triangle::{Triangle, dot};
 use pulp::{Simd, WithSimd};
 
@@ -97,18 +98,26 @@ pub(super) enum Rows<'a> {
     Noise,
 }
 
-/// Appends the weighted rows of the Jacobian and the residuals to a triangular factor, and returns the cost for [`Rows::Model`].
+/// What takes up the weighted rows of the Jacobian and the residuals.
+pub(super) enum Total<'a> {
+    /// A triangular factor.
+    Triangle(&'a mut Triangle),
+    /// Sums over groups of samples, and the group of each sample of the block.
+    Groups(&'a mut GroupSums, &'a [u32]),
+}
+
+/// Adds the weighted rows of the Jacobian and the residuals to sums, and returns the cost for [`Rows::Model`].
 pub(super) struct Compression<'a> {
     block: ChannelBlock<'a>,
-    triangle: &'a mut Triangle,
+    total: Total<'a>,
 }
 
 /// Computes the residuals in units of a loss's scale.
 pub(super) struct PlainResiduals<'a, 'b>(&'b mut ChannelBlock<'a>);
 
 impl<'a> ChannelBlock<'a> {
-    pub(super) fn compressed_into(self, triangle: &'a mut Triangle) -> Compression<'a> {
-        Compression { block: self, triangle }
+    pub(super) fn compressed_into(self, total: Total<'a>) -> Compression<'a> {
+        Compression { block: self, total }
     }
 
     pub(super) fn plain(&mut self) -> PlainResiduals<'a, '_> {
@@ -143,7 +152,7 @@ impl WithSimd for Compression<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
-        let Self { block, triangle } = self;
+        let Self { block, total } = self;
         let ObservedBlock { transform, wanted, roots, precision, noise } = block.observed;
         let Scratch { columns, x, slope, squares } = block.scratch;
         let n = block.columns.len();
@@ -210,7 +219,10 @@ impl WithSimd for Compression<'_> {
                 scale_each(column, residual);
             }
         }
-        triangle.append(columns);
+        match total {
+            Total::Triangle(triangle) => triangle.append(columns),
+            Total::Groups(groups, group_of) => groups.add(columns, group_of),
+        }
         cost
     }
 }

@@ -6,7 +6,7 @@
 //! solver receives one small triangle per channel.
 
 use super::formula::{Formula, Layout, Sums};
-use super::kernels::{ChannelBlock, ObservedBlock, Rows, Scratch};
+use super::kernels::{ChannelBlock, ObservedBlock, Rows, Scratch, Total};
 use super::loss::{LossKind, Objective, robust_deviation};
 use super::observed::{BULK_OF_DATA, Observed};
 use crate::geometry::{BLOCK, Block, Row};
@@ -14,6 +14,7 @@ use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{BasisBlock, Expression};
 use crate::parameters::ParameterTable;
+use crate::solver::inverse::group_sums::GroupSums;
 use crate::solver::triangle::Triangle;
 use crate::solver::{LeastSquares, Linearisation};
 use nalgebra::DVector;
@@ -65,6 +66,8 @@ const ABSURD: f64 = 1e6;
 /// Largest number of ranges that the blocks are divided into for a pass. It is fixed, so that sums do not depend on
 /// the number of threads.
 const RANGES: usize = 64;
+/// Largest number of entries of the sums over groups, over all ranges: 128 MiB.
+const MOST_ENTRIES: usize = 1 << 24;
 /// Least number of blocks in a range.
 const BLOCKS_PER_RANGE: usize = 2;
 
@@ -122,6 +125,11 @@ impl<'a> ReflectanceProblem<'a> {
     #[must_use]
     pub fn residuals(&self) -> usize {
         self.observed.residuals()
+    }
+
+    /// The largest number of free parameters that a channel depends on.
+    pub(in crate::fit) fn most_columns(&self) -> usize {
+        self.layouts.iter().map(|layout| layout.columns().len()).max().unwrap_or(0)
     }
 
     /// Rows whose products with themselves add up to sum J_s J_s^T e_s^2 at `x`, the middle factor of the sandwich
@@ -186,6 +194,38 @@ impl<'a> ReflectanceProblem<'a> {
         rows
     }
 
+    /// Sums over the groups of samples at `x`, for each channel in its block of the linear model; `group_of` has the group of each sample,
+    /// below `groups`. A channel that does not count has empty sums.
+    #[must_use]
+    pub(in crate::fit) fn group_sums(
+        &self,
+        x: &DVector<f64>,
+        groups: usize,
+        group_of: &[u32],
+    ) -> Vec<GroupSums> {
+        assert_eq!(group_of.len(), self.observed.len(), "a group for each sample");
+        let mut table = self.table.clone();
+        table.set_coordinates(x.as_slice());
+        let table = table.off_zero();
+        let context = Context::new(self, &table, Pass::Model);
+        let size: usize = self.layouts.iter().map(|layout| GroupSums::size(layout.columns().len())).sum();
+        let most = (MOST_ENTRIES / (groups * size).max(1)).clamp(1, RANGES);
+        let sums: Vec<Vec<GroupSums>> = at_most(most, self.observed.len())
+            .into_par_iter()
+            .map_init(
+                || context.workspace(),
+                |work, blocks| context.sum_groups(blocks, work, groups, group_of),
+            )
+            .collect();
+        // In order, so that the result does not depend on the threads.
+        let mut sums = sums.into_iter();
+        let mut total = sums.next().unwrap_or_else(|| context.no_sums(groups));
+        for part in sums {
+            total.iter_mut().zip(&part).for_each(|(total, part)| total.merge(part));
+        }
+        total
+    }
+
     /// The cost of each channel at `x`.
     pub(in crate::fit) fn channel_costs(&self, x: &DVector<f64>) -> Vec<f64> {
         self.gather(x, Pass::Model).map_or_else(|| vec![0.0; self.layouts.len()], |total| total.costs)
@@ -232,8 +272,13 @@ impl<'a> ReflectanceProblem<'a> {
 
 /// Divides the blocks of `samples` samples into ranges that do not depend on the number of threads.
 pub(in crate::fit) fn block_ranges(samples: usize) -> Vec<Range<usize>> {
+    at_most(RANGES, samples)
+}
+
+/// Divides the blocks of `samples` samples into at most `ranges` ranges.
+fn at_most(ranges: usize, samples: usize) -> Vec<Range<usize>> {
     let blocks = samples.div_ceil(BLOCK);
-    let length = blocks.div_ceil(RANGES).max(BLOCKS_PER_RANGE);
+    let length = blocks.div_ceil(ranges).max(BLOCKS_PER_RANGE);
     (0..blocks).step_by(length).map(|start| start..blocks.min(start + length)).collect()
 }
 
@@ -280,9 +325,38 @@ impl<'p, 'a> Context<'p, 'a> {
                 let Some(observed) = self.problem.observed.channel_block(channel, index) else { continue };
                 self.formula.evaluate(channel, block, bases);
                 let kernel = self.kernel(channel, observed, block, bases, sums, scratch);
-                let cost = self.arch.dispatch(kernel.compressed_into(triangle));
+                let cost = self.arch.dispatch(kernel.compressed_into(Total::Triangle(triangle)));
                 *channel_cost += cost;
                 result.cost += cost;
+            }
+        }
+        result
+    }
+
+    /// Empty sums of each channel over `groups` groups.
+    fn no_sums(&self, groups: usize) -> Vec<GroupSums> {
+        self.problem.layouts.iter().map(|layout| GroupSums::new(groups, layout.columns().len())).collect()
+    }
+
+    /// Computes the sums of each channel over `groups` groups of the samples of `blocks`.
+    fn sum_groups(
+        &self,
+        blocks: Range<usize>,
+        work: &mut Workspace,
+        groups: usize,
+        group_of: &[u32],
+    ) -> Vec<GroupSums> {
+        let mut result = self.no_sums(groups);
+        let Workspace { block, bases, scratch } = work;
+        for index in blocks {
+            let block = self.problem.observed.block(index, block);
+            bases.iter_mut().for_each(BasisBlock::forget);
+            let group_of = &group_of[index * BLOCK..group_of.len().min((index + 1) * BLOCK)];
+            for (channel, (sums, total)) in self.formula.sums().iter().zip(&mut result).enumerate() {
+                let Some(observed) = self.problem.observed.channel_block(channel, index) else { continue };
+                self.formula.evaluate(channel, block, bases);
+                let kernel = self.kernel(channel, observed, block, bases, sums, scratch);
+                self.arch.dispatch(kernel.compressed_into(Total::Groups(total, group_of)));
             }
         }
         result

@@ -9,6 +9,7 @@
 use super::covariance::{Covariance, Method};
 use super::warning::Warning;
 use crate::error::{Error, OptionName, short};
+use crate::fit::options::{Options, ScaleError};
 use crate::fit::problem::loss::Objective;
 use crate::fit::task::Task;
 use crate::math::count;
@@ -19,6 +20,7 @@ use crate::solver::inverse::block_matrix::BlockMatrix;
 use crate::solver::{Solution, Termination, Tolerances, minimise};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -54,6 +56,8 @@ const ITERATIONS: u64 = 20;
 const SMALL: usize = 50_000;
 /// Number of fits that run at once. It affects neither which fits are made nor their results.
 const AT_ONCE: usize = 20;
+/// Makes the draw of factors differ from the other draws with the same seed.
+const SCALE_STREAM: u64 = 0x0073_6361_6c65;
 /// Makes this draw of angles differ from the other draws with the same seed.
 const BOOTSTRAP_STREAM: u64 = 0x626f_6f74_7374;
 
@@ -116,11 +120,15 @@ pub(in crate::fit) fn resample(
         let is_drawn = |has_values: &Vec<bool>| has_values.iter().zip(times).any(|(has, n)| *has && *n > 0);
         with_values.iter().all(is_drawn)
     });
+    let factors = scale_factors(task.samples.values.len(), task.options);
+    let drawn: Vec<(Vec<usize>, Vec<f64>)> = draws.into_iter().zip(factors).collect();
     let at_once = if task.samples.len() <= SMALL { AT_ONCE } else { 1 };
     let mut fits: Vec<Vec<f64>> = Vec::with_capacity(REPLICATES);
-    for draws in draws.chunks(at_once) {
-        let repeat = |times: &Vec<usize>| task.repeat(objective, groups, times, table);
-        let results: Result<Vec<Option<Repeated>>, Error> = draws.par_iter().map(repeat).collect();
+    for drawn in drawn.chunks(at_once) {
+        let repeat = |(times, factors): &(Vec<usize>, Vec<f64>)| {
+            task.repeat(objective, groups, (times, factors), table)
+        };
+        let results: Result<Vec<Option<Repeated>>, Error> = drawn.par_iter().map(repeat).collect();
         for fit in results?.into_iter().flatten() {
             fits.push(fit.values);
             progress.iteration(u64::try_from(fits.len()).unwrap_or(u64::MAX), fit.cost);
@@ -154,6 +162,19 @@ fn draws(n: usize, seed: u64, accepted: impl Fn(&[usize]) -> bool) -> Vec<Vec<us
     (0..REPLICATES).filter_map(|_| accepted_one()).collect()
 }
 
+/// The factors by which the values of each channel are multiplied in each replicate, drawn from the error of the measurement's scale; 1
+/// without one.
+fn scale_factors(channels: usize, options: &Options) -> Vec<Vec<f64>> {
+    let Some(ScaleError { relative, per_channel }) = options.scale_error else {
+        return vec![vec![1.0; channels]; REPLICATES];
+    };
+    let mut rng = Pcg64Mcg::seed_from_u64(options.seed ^ SCALE_STREAM);
+    let mut factor = || 1.0 + relative * rng.sample::<f64, _>(StandardNormal);
+    let mut one =
+        || if per_channel { (0..channels).map(|_| factor()).collect() } else { vec![factor(); channels] };
+    (0..REPLICATES).map(|_| one()).collect()
+}
+
 /// A repeated fit.
 struct Repeated {
     /// The values of the free parameters, in their own units.
@@ -162,13 +183,13 @@ struct Repeated {
 }
 
 impl Task<'_> {
-    /// Fits the groups, each counted as many times as `times` says; `None` if the fit was stopped or its cost is not
+    /// Fits the groups, each counted as many times as `times` says, with the values of each channel multiplied by its factor; `None` if the fit was stopped or its cost is not
     /// finite.
     fn repeat(
         &self,
         objective: Objective,
         groups: &IncidenceGroups,
-        times: &[usize],
+        (times, factors): (&[usize], &[f64]),
         table: &ParameterTable,
     ) -> Result<Option<Repeated>, Error> {
         // On a large table even one pass would keep the user waiting.
@@ -180,6 +201,9 @@ impl Task<'_> {
         assert_eq!(times.len(), groups.len(), "number of groups");
         let kept = groups.samples_of(|group| times[group] > 0);
         let mut drawn = self.samples.at(&kept);
+        if self.options.scale_error.is_some() {
+            drawn = drawn.scaled(factors);
+        }
         for (weight, sample) in drawn.weights.iter_mut().zip(&kept) {
             *weight *= count(times[groups.of_sample[*sample]]);
         }

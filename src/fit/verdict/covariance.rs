@@ -14,14 +14,20 @@
 //! Both assume that the samples' errors are independent. Those of neighbouring cells of a measured table are not, so the
 //! standard errors are lower limits there.
 //!
+//! - By default the covariance is therefore the jackknife over groups of samples that err together (`clustered`), with as many degrees of
+//!   freedom for each parameter as its groups give: see `solver/inverse/jackknife`.
+//!
 //! Matrices over all parameters are never formed: `arrow` decomposes the model channel by channel.
 
+use crate::math::half_interval_of_student;
+use crate::measurement::ClusterKind;
 use crate::parameters::ParameterTable;
 use crate::solver::Linearisation;
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::inverse::block_matrix::BlockMatrix;
+use crate::solver::inverse::group_sums::GroupSums;
+use crate::solver::inverse::jackknife::{GroupedRows, Jackknife, Spread};
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// The method by which the covariance was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +35,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub enum Method {
     /// From the standard deviations given with the data.
     Absolute,
+    /// From the scatter of the residuals of groups of samples that err together.
+    Clustered,
     /// From the scatter of the residuals.
     Sandwich,
     /// From fits repeated on resampled angles of incidence.
@@ -41,10 +49,44 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Absolute => "absolute",
+            Self::Clustered => "clustered",
             Self::Sandwich => "sandwich",
             Self::BlockBootstrap => "block-bootstrap",
         }
     }
+}
+
+/// The groups of samples from which a covariance was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grouping {
+    /// What the samples of a group have in common.
+    pub kind: ClusterKind,
+    /// Width of a neighbourhood in the direction of the viewer, degrees; `None` for other kinds.
+    pub width_deg: Option<f64>,
+    /// Number of groups.
+    pub groups: usize,
+}
+
+/// What the covariance is made from.
+pub(super) enum Noise<'n> {
+    /// The residuals have variance 1.
+    Unit,
+    /// Rows F with F^T F the middle factor of the sandwich, in the blocks of the model, computed once the model is decomposed.
+    Rows(&'n dyn Fn(&Arrow) -> Linearisation),
+    /// Groups of samples that err together, their rows in the blocks of the model, and what `Rows` has.
+    Groups(Grouping, GroupedRows<'n>, &'n dyn Fn(&Arrow) -> Linearisation),
+}
+
+/// An error that all samples have in common.
+pub(super) struct CommonError<'c> {
+    /// J^T dr for each block of the model, with dr the change of the residuals by a standard deviation of the error.
+    pub(super) slopes: Vec<DVector<f64>>,
+    /// Whether each channel has an error of its own.
+    pub(super) each_channel: bool,
+    /// The curvature of the cost beyond that of the linear model, by block.
+    pub(super) curvature: &'c [DMatrix<f64>],
+    /// Sums over no groups, by block.
+    pub(super) no_sums: Vec<GroupSums>,
 }
 
 /// The covariance of the parameters that are free and not at a bound.
@@ -64,30 +106,27 @@ pub struct Covariance {
     pub dependent: Vec<usize>,
     /// Rows whose samples a loss discards, for which a standard error has no meaning either.
     pub discarded: Vec<usize>,
+    /// Rows that a single group of samples decides, so that the others say nothing of their error.
+    pub decided_by_one: Vec<usize>,
     /// Rows that belong to the combination of parameters that is known worst.
     pub weakest: Vec<usize>,
-    /// Ratio of half a 95 % interval to a standard error.
-    pub quantile: f64,
+    /// Half of the 95 % interval of each row, in standard errors. It is the larger, the less is known of the variance itself.
+    pub half_intervals: Vec<f64>,
+    /// The variance of each row if the residuals had variance 1, in the parameter's own unit: how flat the cost is along it.
+    pub unit_variances: Vec<f64>,
+    /// The groups of samples that it was found from; `None` unless samples are grouped.
+    pub grouping: Option<Grouping>,
     pub(super) unbounded: Unbounded,
 }
 
+/// A parameter is decided by one group if that has more than this share in what is known of it.
+const LARGEST_SHARE: f64 = 0.7;
 /// A parameter belongs to a combination if its component of the unit direction is larger than this.
 const IN_COMBINATION: f64 = 0.3;
 /// A unit direction is not determined if its projection onto the undetermined directions is longer than this.
 const IN_NULL_DIRECTION: f64 = 0.05;
 /// If holding others at their bounds makes a variance this many times smaller, the smaller variance says little.
 const INFLATION: f64 = 5.0;
-
-/// Half of a 95 % interval in standard errors: the 0.975 quantile of Student's t.
-fn half_interval(dof: f64) -> f64 {
-    /// The 0.975 quantile of the normal distribution.
-    const NORMAL: f64 = 1.959_963_984_540_054;
-    if dof > 1e3 {
-        // Abramowitz and Stegun 1964, 26.7.5; the next term is below 1e-5 / dof.
-        return NORMAL + (NORMAL.powi(3) + NORMAL) / (4.0 * dof);
-    }
-    StudentsT::new(0.0, 1.0, dof).map_or(f64::NAN, |t| t.inverse_cdf(0.975))
-}
 
 /// The linear model in some of the parameters, and how well it determines them.
 struct Known {
@@ -130,10 +169,25 @@ impl Known {
         entries.filter(|(entry, _)| entry.abs() > IN_COMBINATION).map(|(_, row)| *row).collect()
     }
 
-    /// H^-1, or the sandwich around `scatter`, in the parameters' own units.
-    fn covariance(&self, scatter: Option<&Linearisation>) -> BlockMatrix {
-        let scaled = scatter.map_or_else(|| self.inverse.clone(), |scatter| self.arrow.sandwich(scatter));
+    /// H^-1, or the sandwich around rows, in the parameters' own units.
+    fn covariance(&self, rows: Option<&Linearisation>) -> BlockMatrix {
+        let scaled = rows.map_or_else(|| self.inverse.clone(), |rows| self.arrow.sandwich(rows));
         scaled.in_units(&self.units)
+    }
+
+    /// The jackknife over groups, in the arrow's coordinates; `None` if a group cannot be left out.
+    fn spread(
+        &self,
+        model: &Linearisation,
+        rows: GroupedRows<'_>,
+        scatter: &Linearisation,
+    ) -> Option<Spread> {
+        Some(Jackknife::new(&self.arrow, model, rows)?.spread(scatter))
+    }
+
+    /// Variances in the arrow's coordinates, in the parameters' own units.
+    fn variances_in_units(&self, variances: impl Iterator<Item = f64>) -> Vec<f64> {
+        variances.zip(self.units.iter()).map(|(variance, unit)| variance * unit * unit).collect()
     }
 }
 
@@ -149,14 +203,13 @@ pub(super) struct Unbounded {
 }
 
 impl Covariance {
-    /// The covariance from the linear model and, for the sandwich, the scatter rows, which come in the same blocks.
-    /// `scatter` computes these rows from the decomposed model. `None` if no parameter is left or there are no degrees
-    /// of freedom.
+    /// The covariance from the linear model and its noise. `None` if no parameter is left, if there are no degrees of freedom, or if a
+    /// group cannot be left out. `dof` are the degrees of freedom of a variance that all residuals determine.
     pub(super) fn new(
         table: &ParameterTable,
         model: &Linearisation,
         method: Method,
-        scatter: impl FnOnce(&Arrow) -> Option<Linearisation>,
+        noise: &Noise<'_>,
         dof: f64,
     ) -> Option<Self> {
         let all: Vec<(usize, usize)> = table.free().iter().copied().enumerate().collect();
@@ -168,16 +221,35 @@ impl Covariance {
         }
         let bounded = inside.len() < n;
         let inside = Known::new(table, model, n, &inside)?;
-        let scatter = scatter(&inside.arrow);
+        let scatter = match noise {
+            Noise::Unit => None,
+            Noise::Rows(rows) | Noise::Groups(_, _, rows) => Some(rows(&inside.arrow)),
+        };
         if !scatter.as_ref().is_none_or(Linearisation::is_finite) {
             return None;
         }
-        let entries = inside.covariance(scatter.as_ref());
         let all = if bounded { Known::new(table, model, n, &all) } else { None };
         let free = all.as_ref().unwrap_or(&inside);
+        let (entries, of_free, spread, grouping) = match (noise, &scatter) {
+            (Noise::Groups(grouping, rows, _), Some(scatter)) => {
+                let spread = inside.spread(model, *rows, scatter)?;
+                let entries = BlockMatrix::products(spread.rows.clone()).in_units(&inside.units);
+                let of_free = if bounded {
+                    let of_free = free.spread(model, *rows, scatter)?;
+                    BlockMatrix::products(of_free.rows).in_units(&free.units)
+                } else {
+                    entries.clone()
+                };
+                (entries, of_free, Some(spread), Some(*grouping))
+            }
+            _ => {
+                let scatter = scatter.as_ref();
+                (inside.covariance(scatter), free.covariance(scatter), None, None)
+            }
+        };
         let unbounded = Unbounded {
             rows: free.rows.clone(),
-            entries: free.covariance(scatter.as_ref()),
+            entries: of_free,
             units: free.units.clone(),
             unknown: free.unknown.clone(),
         };
@@ -201,16 +273,31 @@ impl Covariance {
             (larger || lost).then_some(*row)
         };
         let dependent = inside.rows.iter().enumerate().filter_map(depends).collect();
-        // If sigma is given, no variance is estimated; that is the limit of Student's distribution for infinitely many
-        // degrees of freedom.
-        let quantile = half_interval(if method == Method::Absolute { f64::INFINITY } else { dof });
+        let number = inside.rows.len();
+        // If sigma is given, no variance is estimated; that is the limit of Student's distribution for infinitely many degrees of freedom.
+        let freedom = if method == Method::Absolute { f64::INFINITY } else { dof };
+        let (half_intervals, decided_by_one, unit_variances) = match spread {
+            Some(Spread { half_intervals, largest_shares, unit_variances, .. }) => {
+                let shares = inside.rows.iter().zip(&largest_shares);
+                let decided = shares.filter(|(_, share)| **share > LARGEST_SHARE).map(|(row, _)| *row);
+                (half_intervals, decided.collect(), inside.variances_in_units(unit_variances.into_iter()))
+            }
+            None => {
+                let diagonal = (0..number).map(|i| inside.inverse.entry(i, i));
+                let half_intervals = vec![half_interval_of_student(freedom); number];
+                (half_intervals, Vec::new(), inside.variances_in_units(diagonal))
+            }
+        };
         Some(Self {
             method,
             entries,
             dependent,
             discarded: Vec::new(),
+            decided_by_one,
             condition: inside.arrow.condition,
-            quantile,
+            half_intervals,
+            unit_variances,
+            grouping,
             unbounded,
             weakest: inside.weakest(),
             rows: inside.rows,
@@ -231,7 +318,43 @@ impl Covariance {
         };
         self.entries = scale(&self.entries);
         self.unbounded.entries = scale(&self.unbounded.entries);
-        self.quantile = half_interval(dof);
+        self.half_intervals.fill(half_interval_of_student(dof));
+        self
+    }
+
+    /// The same with an error that all samples have in common, beside the noise.
+    pub(super) fn with_common_error(
+        mut self,
+        table: &ParameterTable,
+        model: &Linearisation,
+        error: &CommonError<'_>,
+    ) -> Self {
+        let places: Vec<(usize, usize)> = table.free().iter().copied().enumerate().collect();
+        let n = places.len();
+        let moves = |rows: &[usize]| {
+            let selected: Vec<(usize, usize)> =
+                places.iter().copied().filter(|(_, row)| rows.binary_search(row).is_ok()).collect();
+            let known = Known::new(table, model, n, &selected)?;
+            let rows = GroupedRows { sums: &error.no_sums, curvature: error.curvature };
+            let moves =
+                Jackknife::new(&known.arrow, model, rows)?.moves_by(&error.slopes, error.each_channel);
+            Some(moves * DMatrix::from_diagonal(&known.units))
+        };
+        if let Some(moves) = moves(&self.rows) {
+            let known = half_interval_of_student(f64::INFINITY);
+            for (i, half_interval) in self.half_intervals.iter_mut().enumerate() {
+                // The variance of the common error is known; that of the noise is not.
+                let (noise, common) = (self.entries.entry(i, i), moves.column(i).norm_squared());
+                let square = (half_interval.powi(2) * noise + known.powi(2) * common) / (noise + common);
+                if square.is_finite() {
+                    *half_interval = square.sqrt();
+                }
+            }
+            self.entries = self.entries.plus_products(&moves);
+        }
+        if let Some(moves) = moves(&self.unbounded.rows) {
+            self.unbounded.entries = self.unbounded.entries.plus_products(&moves);
+        }
         self
     }
 
@@ -242,17 +365,31 @@ impl Covariance {
 
     /// The position in `rows` of a row of the table; `None` if it has no error.
     fn position(&self, row: usize) -> Option<usize> {
-        let no_error = [&self.undetermined, &self.dependent, &self.discarded];
+        let no_error = [&self.undetermined, &self.dependent, &self.discarded, &self.decided_by_one];
         self.rows.binary_search(&row).ok().filter(|_| !no_error.iter().any(|rows| rows.contains(&row)))
     }
 
     /// The standard error of the parameter in a row of the table. `None` if the parameter is at a bound, held,
-    /// undetermined, dependent or discarded. Also `None` instead of 0, because data without noise do not determine how
+    /// undetermined, dependent, discarded or decided by one group of samples. Also `None` instead of 0, because data without noise do not determine how
     /// large the error is.
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;
         Some(self.entries.entry(i, i).sqrt()).filter(|e| e.is_finite() && *e > 0.0)
+    }
+
+    /// Half of the 95 % interval of the parameter in a row of the table, in standard errors; `None` if it has no standard error.
+    #[must_use]
+    pub fn half_interval(&self, row: usize) -> Option<f64> {
+        Some(self.half_intervals[self.position(row)?])
+    }
+
+    /// The same for a function of the parameters in several rows: the largest of them, that is, of the row whose variance is known worst.
+    /// Rows without a standard error do not count.
+    #[must_use]
+    pub fn widest_half_interval(&self, rows: impl IntoIterator<Item = usize>) -> f64 {
+        let known = rows.into_iter().filter_map(|row| self.rows.binary_search(&row).ok());
+        known.map(|i| self.half_intervals[i]).fold(half_interval_of_student(f64::INFINITY), f64::max)
     }
 
     /// The covariance of the parameters in two rows.
@@ -311,20 +448,5 @@ impl Covariance {
             return None;
         }
         Some(entries.square(&weights).max(0.0).sqrt()).filter(|error| error.is_finite() && *error > 0.0)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::half_interval;
-    use approx::assert_relative_eq;
-
-    #[test]
-    fn quantiles_of_students_t() {
-        // Abramowitz and Stegun 1964, table 26.10, and a comparison of the two branches.
-        assert_relative_eq!(half_interval(1.0), 12.706, max_relative = 1e-4);
-        assert_relative_eq!(half_interval(10.0), 2.228, max_relative = 1e-3);
-        assert_relative_eq!(half_interval(999.0), half_interval(1001.0), max_relative = 1e-5);
-        assert_relative_eq!(half_interval(f64::INFINITY), 1.959_964, max_relative = 1e-6);
     }
 }

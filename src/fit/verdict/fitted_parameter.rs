@@ -76,6 +76,8 @@ pub enum NoStandardError {
     DependsOnBound,
     /// The loss discards the samples that it depends on.
     Discarded,
+    /// A single group of samples decides it, so that the others say nothing of its error.
+    DecidedByOneGroup,
     /// The data have no noise from which an error could be estimated.
     NoNoise,
     /// The fit did not reach a minimum, or there are no more residuals than free parameters.
@@ -93,6 +95,7 @@ impl fmt::Display for NoStandardError {
             Self::Undetermined => "not determined by the data",
             Self::DependsOnBound => "depends on a parameter at a bound",
             Self::Discarded => "the loss discards the samples that it depends on",
+            Self::DecidedByOneGroup => "a single group of samples decides it",
             Self::NoNoise => "the data have no noise",
             Self::NoMinimum => "the fit has no minimum or no degrees of freedom",
         })
@@ -182,12 +185,8 @@ impl Fit {
         if let Some(resampled) = &self.resampled {
             return resampled.interval(index);
         }
-        self.interval(self.table.rows().get(index)?.value, std_error)
-    }
-
-    /// The 95 % confidence interval around a value with this standard error.
-    pub(crate) fn interval(&self, value: f64, std_error: f64) -> Option<[f64; 2]> {
-        let half = self.covariance.as_ref()?.quantile * std_error;
+        let value = self.table.rows().get(index)?.value;
+        let half = self.covariance.as_ref()?.half_interval(index)? * std_error;
         Some([value - half, value + half])
     }
 
@@ -208,6 +207,8 @@ impl Fit {
             NoStandardError::DependsOnBound
         } else if covariance.discarded.contains(&index) {
             NoStandardError::Discarded
+        } else if covariance.decided_by_one.contains(&index) {
+            NoStandardError::DecidedByOneGroup
         } else {
             NoStandardError::NoNoise
         }

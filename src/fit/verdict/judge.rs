@@ -1,25 +1,34 @@
 //! Computes everything that follows from the parameters found: errors, covariance, criteria, warnings.
 
 use super::bootstrap::Resampled;
-use super::covariance::{Covariance, Method};
+use super::covariance::{CommonError, Covariance, Grouping, Method, Noise};
 use super::errors::{ErrorTable, score_but};
 use super::result::{Fit, Selection, selection};
 use super::saturation::saturated;
 use super::warning::{Unusable, Warning};
 use super::warnings;
 use crate::error::Error;
-use crate::fit::options::SigmaScale;
+use crate::fit::options::{ScaleError, SigmaScale, Uncertainty};
 use crate::fit::problem::loss::{LossKind, Objective};
 use crate::fit::problem::metric::Metric;
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::fit::search::best_start::SearchOutcome;
 use crate::fit::task::Task;
 use crate::math::count;
-use crate::measurement::Weighting;
+use crate::measurement::{Clusters, Weighting};
 use crate::parameters::{ParameterRow, ParameterTable, Status};
 use crate::solver::inverse::arrow::Arrow;
+use crate::solver::inverse::curvature::beyond_linear;
+use crate::solver::inverse::group_sums::GroupSums;
+use crate::solver::inverse::jackknife::GroupedRows;
 use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
+use nalgebra::{DMatrix, DVector};
+use std::cell::OnceCell;
 
+/// Number of samples on which the curvature of the cost is found. It does not depend on how many there are.
+const CURVATURE_SAMPLES: usize = 10_000;
+/// Step of the differences by the measurement's scale.
+const SCALE_STEP: f64 = 1e-3;
 /// Number of samples on which freeing a parameter is tried.
 const CHECK_SAMPLES: usize = 1500;
 /// Largest number of iterations of such a trial.
@@ -48,6 +57,16 @@ impl Counts {
     }
 }
 
+/// What the covariance may rely on.
+struct Trust {
+    /// Whether the cost is a likelihood for the given standard deviations.
+    absolute: bool,
+    /// Whether a loss other than least squares was minimised.
+    robust: bool,
+    /// The reduced chi-square, if `absolute` and there are degrees of freedom.
+    reduced_chi2: Option<f64>,
+}
+
 impl Task<'_> {
     /// Computes everything that follows from the parameters found.
     pub(in crate::fit) fn judge(
@@ -69,7 +88,15 @@ impl Task<'_> {
         // the given standard deviations.
         let robust = found.objective.loss != LossKind::None;
         let absolute = samples.weighting == Weighting::Sigma && !robust;
-        let covariance = self.covariance(problem, &table, &solution, &counts, absolute, robust);
+        let likelihood = if absolute && self.options.metric == Metric::UnbiasedCbrt {
+            self.chi_square_of(samples, &table)
+        } else {
+            solution.cost
+        };
+        let Counts { n, free, dof, freedom } = counts;
+        let reduced_chi2 = (absolute && dof > 0).then(|| likelihood / freedom);
+        let trust = Trust { absolute, robust, reduced_chi2 };
+        let covariance = self.covariance(problem, &table, &solution, &counts, &trust);
         // Without the formula's covariance it is unknown which parameters are determined.
         let resampled = resampled.filter(|_| covariance.is_some());
         let covariance = match &resampled {
@@ -78,17 +105,6 @@ impl Task<'_> {
         };
 
         // Criteria that weigh the error against the number of parameters.
-        let Counts { n, free, dof, freedom } = counts;
-        let likelihood = if absolute && self.options.metric == Metric::UnbiasedCbrt {
-            self.chi_square_of(samples, &table)
-        } else {
-            solution.cost
-        };
-        let reduced_chi2 = (absolute && dof > 0).then(|| likelihood / freedom);
-        let covariance = match (self.options.sigma_scale, reduced_chi2) {
-            (SigmaScale::Auto, Some(chi2)) => covariance.map(|covariance| covariance.scaled(chi2, freedom)),
-            _ => covariance,
-        };
         let selection = if robust { Selection::default() } else { selection(likelihood, n, free, absolute) };
 
         let misfit = self.misfit(&table, reduced_chi2, errors.all.relative);
@@ -150,34 +166,144 @@ impl Task<'_> {
             .then(|| costs.iter().map(|cost| cost * count(costs.len())).collect())
     }
 
-    /// The covariance by the formula; `None` if the fit was cut short, because then it is not at a minimum.
+    /// The covariance; `None` if the fit was cut short, because then it is not at a minimum.
     fn covariance(
         &self,
         problem: &ReflectanceProblem<'_>,
         table: &ParameterTable,
         solution: &Solution,
         counts: &Counts,
-        absolute: bool,
-        robust: bool,
+        trust: &Trust,
     ) -> Option<Covariance> {
         if !solution.termination.converged() {
             return None;
         }
-        let typical = (solution.cost / counts.freedom).sqrt();
-        let scatter = |inverse: &Arrow| {
-            if absolute {
-                problem.given_noise(&solution.x)
-            } else {
-                Some(problem.scatter(&solution.x, |columns| inverse.root(columns), typical))
-            }
+        let grouped = self.options.uncertainty == Uncertainty::Clustered && !self.suffices(trust, counts);
+        let curvature = if grouped || self.options.scale_error.is_some() {
+            self.curvature(table, solution, problem.objective())
+        } else {
+            Vec::new()
         };
-        let method = if absolute { Method::Absolute } else { Method::Sandwich };
-        let mut covariance =
-            Covariance::new(table, &solution.linearisation, method, scatter, counts.freedom)?;
-        if robust {
+        let clustered =
+            if grouped { self.clustered(problem, table, solution, counts, &curvature) } else { None };
+        let mut covariance = clustered.or_else(|| self.formula(problem, table, solution, counts, trust))?;
+        if let Some(scale_error) = self.options.scale_error {
+            let error = self.common_error(scale_error, table, solution, problem.objective(), &curvature);
+            covariance = covariance.with_common_error(table, &solution.linearisation, &error);
+        }
+        if trust.robust {
             covariance.discard(self.discarded(table, solution));
         }
         Some(covariance)
+    }
+
+    /// Whether the given standard deviations suffice for the covariance: the user says that they have the right proportions, or the
+    /// residuals are no larger than they say.
+    fn suffices(&self, trust: &Trust, counts: &Counts) -> bool {
+        let Some(reduced) = trust.reduced_chi2 else { return false };
+        let exceeds = reduced > 1.0 && warnings::is_far_from_one(reduced, counts.freedom);
+        self.options.sigma_scale == SigmaScale::Auto || !exceeds
+    }
+
+    /// The covariance from groups of samples that err together: the widest groups of which none decides a parameter alone or, if there are
+    /// no such groups, the widest. `None` if there are too few groups.
+    fn clustered(
+        &self,
+        problem: &ReflectanceProblem<'_>,
+        table: &ParameterTable,
+        solution: &Solution,
+        counts: &Counts,
+        curvature: &[DMatrix<f64>],
+    ) -> Option<Covariance> {
+        let typical = (solution.cost / counts.freedom).sqrt();
+        let cached = OnceCell::new();
+        let scatter = |arrow: &Arrow| -> Linearisation {
+            let scatter = || problem.scatter(&solution.x, |columns| arrow.root(columns), typical);
+            cached.get_or_init(scatter).clone()
+        };
+        let mut first = None;
+        for clusters in self.samples.clusters(problem.most_columns()) {
+            let Clusters { kind, width_deg, groups, of_sample } = clusters;
+            let sums = problem.group_sums(&solution.x, groups, &of_sample);
+            let rows = GroupedRows { sums: &sums, curvature };
+            let noise = Noise::Groups(Grouping { kind, width_deg, groups }, rows, &scatter);
+            let method = Method::Clustered;
+            let found = Covariance::new(table, &solution.linearisation, method, &noise, counts.freedom)?;
+            if found.decided_by_one.is_empty() {
+                return Some(found);
+            }
+            first = first.or(Some(found));
+        }
+        first
+    }
+
+    /// The curvature of the cost beyond that of the linear model, in the blocks of the model.
+    fn curvature(
+        &self,
+        table: &ParameterTable,
+        solution: &Solution,
+        objective: Objective,
+    ) -> Vec<DMatrix<f64>> {
+        let samples = self.draws.part(CURVATURE_SAMPLES, self.options.seed);
+        let problem = self.problem(&self.observe(&samples), table.clone(), objective);
+        let mut curvature = beyond_linear(&problem, &solution.x);
+        // Weights by sigma are not normalised.
+        if samples.sigma.is_some() {
+            let ratio = count(self.samples.len()) / count(samples.len());
+            curvature.iter_mut().for_each(|matrix| *matrix *= ratio);
+        }
+        curvature
+    }
+
+    /// How an error of the measurement's scale changes the slope of the cost.
+    fn common_error<'c>(
+        &self,
+        scale_error: ScaleError,
+        table: &ParameterTable,
+        solution: &Solution,
+        objective: Objective,
+        curvature: &'c [DMatrix<f64>],
+    ) -> CommonError<'c> {
+        let slopes = |factor: f64| -> Vec<DVector<f64>> {
+            let samples = self.samples.clone().scaled(&vec![factor; self.samples.values.len()]);
+            let problem = self.problem(&self.observe(&samples), table.clone(), objective);
+            let blocks = problem.linearise(&solution.x).blocks;
+            blocks.iter().map(|rows| rows.jacobian.tr_mul(&rows.residual)).collect()
+        };
+        let (below, above) = (slopes(1.0 - SCALE_STEP), slopes(1.0 + SCALE_STEP));
+        let by = scale_error.relative / (2.0 * SCALE_STEP);
+        let columns = solution.linearisation.blocks.iter().map(|rows| rows.columns.len());
+        CommonError {
+            slopes: below.iter().zip(&above).map(|(below, above)| (above - below) * by).collect(),
+            each_channel: scale_error.per_channel,
+            curvature,
+            no_sums: columns.map(|columns| GroupSums::new(0, columns)).collect(),
+        }
+    }
+
+    /// The covariance by the formula for independent samples.
+    fn formula(
+        &self,
+        problem: &ReflectanceProblem<'_>,
+        table: &ParameterTable,
+        solution: &Solution,
+        counts: &Counts,
+        trust: &Trust,
+    ) -> Option<Covariance> {
+        let Trust { absolute, .. } = *trust;
+        let typical = (solution.cost / counts.freedom).sqrt();
+        let given = if absolute { problem.given_noise(&solution.x) } else { None };
+        let scatter = |inverse: &Arrow| match &given {
+            Some(given) => given.clone(),
+            None => problem.scatter(&solution.x, |columns| inverse.root(columns), typical),
+        };
+        let method = if absolute { Method::Absolute } else { Method::Sandwich };
+        let noise = if absolute && given.is_none() { Noise::Unit } else { Noise::Rows(&scatter) };
+        let covariance = Covariance::new(table, &solution.linearisation, method, &noise, counts.freedom)?;
+        Some(match (self.options.sigma_scale, trust.reduced_chi2) {
+            (SigmaScale::Auto, Some(chi2)) => covariance.scaled(chi2, counts.freedom),
+            _ => covariance,
+        })
     }
 
     /// The rows for which a loss discards most of the information in the samples.

@@ -101,14 +101,19 @@ pub(super) fn misfit(fit: &Fit) -> Vec<Warning> {
     if let Some(misfit) = fit.misfit.filter(Misfit::is_significant) {
         warnings.push(Warning::Misfit(misfit));
     }
-    if let (Some(reduced), Some(freedom)) = (fit.reduced_chi2, freedom(fit)) {
-        let by_chance = CHI2_BY_CHANCE * (2.0 / freedom).sqrt();
-        let far = !(1.0 / CHI2_RATIO..=CHI2_RATIO).contains(&reduced);
-        if far && (reduced - 1.0).abs() > by_chance {
-            warnings.push(Warning::ChiSquare { reduced });
-        }
+    if let (Some(reduced), Some(freedom)) = (fit.reduced_chi2, freedom(fit))
+        && is_far_from_one(reduced, freedom)
+    {
+        warnings.push(Warning::ChiSquare { reduced });
     }
     warnings
+}
+
+/// Whether a reduced chi-square with `freedom` degrees of freedom says that the given standard deviations do not suit the residuals.
+pub(super) fn is_far_from_one(reduced: f64, freedom: f64) -> bool {
+    let by_chance = CHI2_BY_CHANCE * (2.0 / freedom).sqrt();
+    let far = !(1.0 / CHI2_RATIO..=CHI2_RATIO).contains(&reduced);
+    far && (reduced - 1.0).abs() > by_chance
 }
 
 /// The degrees of freedom; `None` if there are none.

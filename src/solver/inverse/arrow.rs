@@ -156,6 +156,26 @@ impl Arrow {
         Some(arrow)
     }
 
+    /// Number of selected parameters.
+    pub(super) fn len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// The only block that involves a parameter and the parameter's index there; `None` if several do.
+    pub(super) fn place(&self, i: usize) -> Option<(usize, usize)> {
+        self.places[i]
+    }
+
+    /// W of a block.
+    pub(super) fn half(&self, block: usize) -> &DMatrix<f64> {
+        &self.parts[block].half
+    }
+
+    /// Z^T.
+    pub(super) fn common(&self) -> &DMatrix<f64> {
+        &self.common
+    }
+
     /// Of the directions that are not determined, the one with the smallest singular value; `lost` holds the singular
     /// values of the directions in `null`.
     fn least_determined(&self, lost: &[f64]) -> Option<(f64, DVector<f64>)> {

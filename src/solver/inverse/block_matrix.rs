@@ -33,6 +33,18 @@ impl BlockMatrix {
         Self::new(vec![None; columns.ncols()], Vec::new(), columns.clone(), columns)
     }
 
+    /// The same plus the matrix of the inner products of columns.
+    pub(crate) fn plus_products(mut self, columns: &DMatrix<f64>) -> Self {
+        assert_eq!(columns.ncols(), self.len(), "a column for each row");
+        let first = self.left.nrows();
+        for factor in [&mut self.left, &mut self.right] {
+            let mut taller = std::mem::take(factor).resize_vertically(first + columns.nrows(), 0.0);
+            taller.rows_mut(first, columns.nrows()).copy_from(columns);
+            *factor = taller;
+        }
+        self
+    }
+
     /// Number of rows.
     pub(crate) fn len(&self) -> usize {
         self.places.len()

@@ -2,5 +2,8 @@
 
 pub(crate) mod arrow;
 pub(crate) mod block_matrix;
+pub(crate) mod curvature;
+pub(crate) mod group_sums;
+pub(crate) mod jackknife;
 mod lanczos;
 pub(super) mod svd;
