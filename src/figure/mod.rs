@@ -12,7 +12,6 @@ mod kind;
 mod kinds;
 mod refit;
 mod registry;
-mod spread;
 mod table;
 mod text;
 

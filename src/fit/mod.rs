@@ -34,6 +34,7 @@ pub use verdict::hold_out::HeldOut;
 #[doc(hidden)]
 pub use verdict::hold_out::checked_fraction;
 pub use verdict::misfit::{Misfit, NoiseSource, Worst};
+pub use verdict::profile::{OpenEnd, ProfiledInterval};
 pub use verdict::result::{Fit, Selection};
 pub use verdict::warning::{
     AtBound, NotSeparated, Saturated, Side, Suggestion, Unusable, Warning, WarningKind,

@@ -191,6 +191,8 @@ pub enum Uncertainty {
     Formula,
     /// From fits repeated on resampled angles of incidence.
     BlockBootstrap,
+    /// As `Clustered`, with intervals from profiles of the cost.
+    Profile,
 }
 
 impl Uncertainty {
@@ -201,6 +203,7 @@ impl Uncertainty {
             Self::Clustered => "clustered",
             Self::Formula => "formula",
             Self::BlockBootstrap => "block-bootstrap",
+            Self::Profile => "profile",
         }
     }
 }

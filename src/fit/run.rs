@@ -53,7 +53,7 @@ pub fn fit(
         }
     };
     let groups = match options.uncertainty {
-        Uncertainty::Clustered | Uncertainty::Formula => None,
+        Uncertainty::Clustered | Uncertainty::Formula | Uncertainty::Profile => None,
         Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
     };
     let with_sigma = unused_sigma(measurement, &samples, options);
@@ -84,7 +84,11 @@ pub fn fit(
 
     // Compute everything that depends on the parameters.
     progress.stage("judging");
+    let objective = found.objective;
     let mut fit = task.judge(&problem, table, solution, found, resampled)?;
+    if options.uncertainty == Uncertainty::Profile {
+        fit.profiled = task.profiled(&fit, objective, progress)?;
+    }
     fit.warnings.extend(cut_short);
     fit.held_out = held_out.map(|held_out| held_out.judge(expression, &fit.table));
     fit.warnings.splice(0..0, doubts(measurement).chain(dead.into_iter().map(Warning::Data)));

@@ -9,6 +9,8 @@ use crate::model::Expression;
 use crate::parameters::ParameterTable;
 use crate::solver::{Limits, Observer};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 /// Number of samples on which starts are polished.
 pub(super) const POLISH_SAMPLES: usize = 6000;
@@ -39,6 +41,13 @@ impl<'a> Task<'a> {
 
     pub(super) fn limits(&self, iterations: u64, observer: Option<Observer>) -> Limits {
         self.options.limits(iterations, observer)
+    }
+
+    /// Whether the fit was told to stop, or its time is over.
+    pub(super) fn is_stopped(&self) -> bool {
+        let Options { stop, deadline, .. } = self.options;
+        let told = stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        told || deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// Prepares samples for the metric of the fit.

@@ -545,6 +545,15 @@ impl ParameterTable {
         table
     }
 
+    /// The same table with a row fixed at its value.
+    #[must_use]
+    pub(crate) fn with_fixed_row(&self, index: usize) -> Self {
+        let mut table = self.clone();
+        table.rows[index].status = Status::Fixed;
+        table.list_free();
+        table
+    }
+
     /// The same table with additional rows freed, apart from those of dead channels.
     #[must_use]
     pub fn with_freed(&self, indices: &[usize]) -> Self {

@@ -11,6 +11,7 @@
 mod open;
 mod read;
 mod record;
+mod spread;
 mod summary;
 mod text;
 
@@ -22,6 +23,8 @@ pub use record::{
     SCHEMA_SEVERAL, SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord,
     WorstRecord, schema,
 };
+#[doc(hidden)]
+pub use spread::{BAND, Spread};
 pub use summary::SummaryRow;
 #[cfg(feature = "page")]
 pub(crate) use text::{digits, full_name, misfit_in_words, or_dash, with_error};

@@ -2,7 +2,8 @@
 
 use crate::error::OptionName;
 use crate::fit::{
-    Budget, LossKind, Method, Metric, NoiseSource, ParameterState, SigmaScale, Uncertainty, WarningKind,
+    Budget, LossKind, Method, Metric, NoiseSource, OpenEnd, ParameterState, SigmaScale, Uncertainty,
+    WarningKind,
 };
 use crate::measurement::formats::BinPosition;
 use crate::measurement::{ClusterKind, Weighting};
@@ -134,6 +135,7 @@ named! {
     LossKind (name): None Huber Cauchy;
     Method (name): Absolute Clustered Sandwich BlockBootstrap;
     Metric (name): L2 Log Cbrt UnbiasedCbrt;
+    OpenEnd (name): AtBound Unfinished;
     OptionName (name): Angles Azimuth Bounds Columns Decimal Fix Format Free HoldOut Init LeaveOut LightDirection Loss LossScale MaxTheta
         MeanOfSAndP Metric Missing PerChannel Quantity Scale ScaleError Separator Set Shared SigmaScale Svg TargetError Thickness Tie Timeout Tolerance
         Uncertainty Weights;
@@ -143,11 +145,11 @@ named! {
         #[cfg(feature = "solvers")] ParticleSwarm;
     ParameterStatus (name): Free Fixed Tied AtLower AtUpper Absent;
     Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
-    Uncertainty (name): Clustered Formula BlockBootstrap;
+    Uncertainty (name): Clustered Formula BlockBootstrap Profile;
     Unit (symbol): One Degrees UnscaledMerl;
     WarningKind (name): AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
         LossDiscards Misfit NotIdentifiable NotReflectance NotUsable Polarised RepeatedValue Resampling Saturated StrengthAboveOne
-        SuspiciousAngles SuspiciousTable TargetMissed TiedStarts WorthFreeing;
+        SuspiciousAngles SuspiciousTable TargetMissed TiedStarts UnresolvedLobe WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;
 }
 

@@ -6,7 +6,7 @@ use super::open::{Criterion, Open, ParameterStatus, StopReason};
 use crate::error::OptionName;
 use crate::fit::{
     Budget, Errors, Fit, FittedParameter, Grouping, HeldOut, LossKind, Method, Metric, Misfit, NoiseSource,
-    Options, Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
+    OpenEnd, Options, Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
 };
 use crate::measurement::formats::BinPosition;
 use crate::measurement::{ClusterKind, Weighting};
@@ -151,8 +151,11 @@ pub struct Parameter {
     pub unit: Open<Unit>,
     /// Standard error; null at a bound, if not free, or if the data do not determine it.
     pub std_error: Option<f64>,
-    /// 95 % confidence interval; null like the standard error.
+    /// 95 % confidence interval; null like the standard error, unless it comes from a profile of the cost.
     pub ci95: Option<[f64; 2]>,
+    /// Why that interval is open below and above, and its end only the last value tried; null where it is not.
+    #[serde(default)]
+    pub ci95_open: [Option<Open<OpenEnd>>; 2],
     /// Smallest and largest value allowed.
     pub bounds: [f64; 2],
     /// The value that the fit started from.
@@ -182,6 +185,7 @@ impl From<FittedParameter> for Parameter {
             unit: p.unit.into(),
             std_error: p.std_error,
             ci95: p.ci95,
+            ci95_open: p.open.map(|open| open.map(Into::into)),
             bounds: [p.bounds.0, p.bounds.1],
             initial: p.initial,
             status: ParameterStatus::from(&p.state).into(),

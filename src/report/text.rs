@@ -4,7 +4,7 @@ use super::{
     ErrorRecord, GroupingRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord,
 };
 use crate::error::listed;
-use crate::fit::{Method, Metric, Worst};
+use crate::fit::{Method, Metric, OpenEnd, Uncertainty, Worst};
 use crate::lines::{Lines, Role, free, left, right};
 use crate::measurement::ClusterKind;
 use crate::model::Unit;
@@ -65,6 +65,7 @@ fn write(text: &mut Lines, report: &Report) -> std::fmt::Result {
         text.row(Role::Plain, 0, [left(name, NAME), left(value, VALUE)]);
     }
     correlations(text, report)?;
+    profiles(text, report)?;
     errors(text, report)?;
     let t = &report.termination;
     writeln!(
@@ -203,6 +204,29 @@ pub(crate) fn misfit_in_words(misfit: &MisfitRecord) -> String {
         format!("; largest at {}", Worst { theta_i_deg, near_mirror })
     });
     format!("residuals: {what}{worst}")
+}
+
+/// The intervals by profiles of the cost, if there are any.
+fn profiles(text: &mut Lines, report: &Report) -> std::fmt::Result {
+    if !report.options.uncertainty.as_ref().is_some_and(|source| *source == Uncertainty::Profile) {
+        return Ok(());
+    }
+    writeln!(text, "\n95 % intervals from profiles of the cost:")?;
+    for parameter in &report.parameters {
+        let Some([low, high]) = parameter.ci95 else { continue };
+        let base = format!("{}.{}", parameter.lobe, parameter.name);
+        let ends = parameter.ci95_open.iter().zip(["below", "above"]);
+        let why = ends.filter_map(|(open, side)| {
+            let reason = match open.as_ref()?.known() {
+                Some(OpenEnd::AtBound) => "the bound fits as well",
+                _ => "not followed to its end",
+            };
+            Some(format!("; open {side}: {reason}"))
+        });
+        let range = format!("{} to {}{}", digits(low, 4), digits(high, 4), why.collect::<String>());
+        text.row(Role::Plain, 0, [left(full_name(&base, parameter.channel.as_deref()), NAME), free(range)]);
+    }
+    Ok(())
 }
 
 /// The groups of samples that err together, in words.

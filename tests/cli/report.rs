@@ -169,6 +169,7 @@ fn assert_report(report: &Value) {
                 ("unit", "string"),
                 ("std_error", "number|null"),
                 ("ci95", "array|null"),
+                ("ci95_open", "array"),
                 ("bounds", "array"),
                 ("initial", "number"),
                 ("status", "string"),
@@ -416,6 +417,9 @@ fn reports_of_earlier_versions_are_read() {
     let (mut written, read) = (serde_json::to_value(&report).unwrap(), parse(&text));
     for warning in written["warnings"].as_array_mut().unwrap() {
         assert_eq!(warning.as_object_mut().unwrap().remove("suggestions"), Some(json!([])));
+    }
+    for parameter in written["parameters"].as_array_mut().unwrap() {
+        assert_eq!(parameter.as_object_mut().unwrap().remove("ci95_open"), Some(json!([null, null])));
     }
     let mut remove = |object: &str, field: &str, value: Value| {
         let object = if object.is_empty() { &mut written } else { &mut written[object] };

@@ -11,8 +11,10 @@ use crate::cli::output::{Output, json};
 use brdfit::Error;
 use brdfit::fit::evaluate;
 use brdfit::geometry::Directions;
+use brdfit::measurement::Measurement;
 use brdfit::measurement::formats::{csv, read_directions};
-use brdfit::report::{Circumstances, OptionRecord, Recorded, Report, Times};
+use brdfit::model::Expression;
+use brdfit::report::{Circumstances, OptionRecord, Recorded, Report, Spread, Times};
 use brdfit::synthetic::{Noise, measurement};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -25,7 +27,7 @@ pub struct Arguments {
     inputs: Vec<PathBuf>,
     #[command(flatten)]
     model: ModelArguments,
-    /// Write f at the directions of this CSV file or measurement, instead of a report
+    /// Write f, and its standard error if a report has any, at the directions of this CSV file or measurement, instead of a report
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     at: Option<PathBuf>,
     #[command(flatten)]
@@ -95,22 +97,42 @@ fn values_at(arguments: &Arguments, inputs: Inputs, at: &Path) -> Result<Outcome
     let (path, recorded) = inputs.recorded.unzip();
     let files: Vec<PathBuf> = path.into_iter().chain([at.to_owned()]).collect();
     arguments.report.check_inputs(&files)?;
+    let is_as_fitted = arguments.model.settings()?.is_empty();
+    let fitted = recorded.clone().filter(|_| is_as_fitted);
     let (expression, table) = arguments.model.with_values(recorded, false)?;
     let output = arguments.report.file().map(Output::open).transpose()?;
     let pairs = read_directions(at, &arguments.read.options()?)?;
     let directions = Directions::Scattered(pairs);
-    let comments = [
+    let mut comments = vec![
         format!("brdfit evaluate {}", expression.canonical()),
         "angles in degrees, values in 1/sr".to_owned(),
     ];
-    let there = measurement(&expression, &table, directions, Noise::default(), 0);
+    let mut there = measurement(&expression, &table, directions, Noise::default(), 0);
     there.check_finite()?;
+    if let Some(spread) = fitted.as_ref().and_then(Spread::of) {
+        there.sigma = Some(standard_errors(&spread, &expression, &there));
+        let of_what = if spread.complete { "" } else { ", without parameters that have none" };
+        comments.push(format!(
+            "sigma: standard error of f from those of the parameters{of_what}; 95 % band: f +/- {:.2} sigma",
+            spread.half_interval()
+        ));
+    }
     let text = csv::write(&there, &comments)?;
     match output {
         None => emit(&text)?,
         Some(output) => output.commit(text.as_bytes())?,
     }
     Ok(Outcome::Good)
+}
+
+/// The standard errors of f at the directions of a measurement, by channel and direction.
+fn standard_errors(spread: &Spread<'_>, expression: &Expression, there: &Measurement) -> Vec<Vec<f64>> {
+    let of_channel = |channel: usize| {
+        spread.std_errors(|table| {
+            expression.values(&there.directions, &[table.formula_values(channel)]).concat()
+        })
+    };
+    (0..there.channels.len()).map(of_channel).collect()
 }
 
 /// Reports the errors of the model on a measurement.

@@ -19,7 +19,7 @@ pub struct FittingArguments {
     #[arg(long, value_name = "FRACTION")]
     hold_out: Option<f64>,
     /// Find standard errors from groups of samples that err together, by the formula for independent samples, or by refitting resampled
-    /// incidence angles (200 fits)
+    /// incidence angles (200 fits); or intervals from profiles of the cost (some 20 fits per parameter)
     #[arg(long, value_enum, default_value_t = UncertaintyName::Clustered)]
     uncertainty: UncertaintyName,
     /// Take the standard deviations of --weights sigma as the noise itself, or up to a factor that chi-square gives
@@ -80,6 +80,7 @@ enum UncertaintyName {
     Clustered,
     Formula,
     BlockBootstrap,
+    Profile,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -103,6 +104,7 @@ impl From<UncertaintyName> for Uncertainty {
             UncertaintyName::Clustered => Self::Clustered,
             UncertaintyName::Formula => Self::Formula,
             UncertaintyName::BlockBootstrap => Self::BlockBootstrap,
+            UncertaintyName::Profile => Self::Profile,
         }
     }
 }

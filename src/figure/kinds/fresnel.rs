@@ -5,11 +5,11 @@ use crate::figure::data::{Axes, Axis, Body, Colour, Curves, Dash, FigureData, Lo
 use crate::figure::kind::{
     Kind, Needs, Several, Subject, Wanted, channel_title, channels_shown, chosen_channels, names,
 };
-use crate::figure::spread::{BAND, Spread};
 use crate::figure::text::Text;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::{Lobe, Role};
 use crate::parameters::ParameterTable;
+use crate::report::{BAND, Spread};
 
 /// The entry of the registry.
 pub const KIND: Kind = Kind {

@@ -11,11 +11,11 @@ use crate::figure::kind::{
     Kind, Needs, Several, Subject, Wanted, channel_title, channels_shown, chosen_channels, names,
     same_measurement,
 };
-use crate::figure::spread::{BAND, Spread};
 use crate::figure::text::Text;
 use crate::geometry::{Directions, Pair, direction};
 use crate::model::{Expression, LobeValues};
 use crate::parameters::ParameterTable;
+use crate::report::{BAND, Spread};
 use std::sync::Arc;
 
 /// The entry of the registry.

@@ -104,6 +104,8 @@ pub(super) enum Total<'a> {
     Triangle(&'a mut Triangle),
     /// Sums over groups of samples, and the group of each sample of the block.
     Groups(&'a mut GroupSums, &'a [u32]),
+    /// For each combination of columns, given by its weights, the square of the combination at each sample.
+    Squares(&'a [(usize, Vec<f64>)], &'a mut [Row]),
 }
 
 /// Adds the weighted rows of the Jacobian and the residuals to sums, and returns the cost for [`Rows::Model`].
@@ -222,6 +224,17 @@ impl WithSimd for Compression<'_> {
         match total {
             Total::Triangle(triangle) => triangle.append(columns),
             Total::Groups(groups, group_of) => groups.add(columns, group_of),
+            Total::Squares(combinations, squares) => {
+                for (place, weights) in combinations {
+                    x.fill(0.0);
+                    for (weight, column) in weights.iter().zip(columns.iter()) {
+                        add_scaled(x, column, *weight);
+                    }
+                    for (square, value) in squares[*place].iter_mut().zip(x.iter()) {
+                        *square += value * value;
+                    }
+                }
+            }
         }
         cost
     }

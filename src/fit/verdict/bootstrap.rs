@@ -24,8 +24,6 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 /// The fits repeated on resampled angles of incidence.
 #[derive(Clone, Debug)]
@@ -193,11 +191,10 @@ impl Task<'_> {
         table: &ParameterTable,
     ) -> Result<Option<Repeated>, Error> {
         // On a large table even one pass would keep the user waiting.
-        let limits = self.limits(ITERATIONS, None);
-        let told = limits.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
-        if told || limits.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+        if self.is_stopped() {
             return Ok(None);
         }
+        let limits = self.limits(ITERATIONS, None);
         assert_eq!(times.len(), groups.len(), "number of groups");
         let kept = groups.samples_of(|group| times[group] > 0);
         let mut drawn = self.samples.at(&kept);

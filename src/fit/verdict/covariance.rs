@@ -108,6 +108,8 @@ pub struct Covariance {
     pub discarded: Vec<usize>,
     /// Rows that a single group of samples decides, so that the others say nothing of their error.
     pub decided_by_one: Vec<usize>,
+    /// Rows that fewer than three samples decide, whose errors cannot be told.
+    pub decided_by_few: Vec<usize>,
     /// Rows that belong to the combination of parameters that is known worst.
     pub weakest: Vec<usize>,
     /// Half of the 95 % interval of each row, in standard errors. It is the larger, the less is known of the variance itself.
@@ -294,6 +296,7 @@ impl Covariance {
             dependent,
             discarded: Vec::new(),
             decided_by_one,
+            decided_by_few: Vec::new(),
             condition: inside.arrow.condition,
             half_intervals,
             unit_variances,
@@ -358,6 +361,36 @@ impl Covariance {
         self
     }
 
+    /// The combination of the columns of each block whose square is what a row of the model says of each parameter, apart from a common
+    /// factor: for the place of each parameter among `rows` that the block involves, a weight for each of the block's columns.
+    pub(super) fn combinations(
+        &self,
+        table: &ParameterTable,
+        model: &Linearisation,
+    ) -> Option<Vec<Vec<(usize, Vec<f64>)>>> {
+        let places = table.free().iter().copied().enumerate();
+        let selected: Vec<(usize, usize)> =
+            places.filter(|(_, row)| self.rows.binary_search(row).is_ok()).collect();
+        let known = Known::new(table, model, table.free().len(), &selected)?;
+        let place_of = |column: &usize| selected.iter().position(|(free, _)| free == column);
+        let of_block = |columns: &[usize]| {
+            let places: Vec<Option<usize>> = columns.iter().map(place_of).collect();
+            let of_parameter = |i: &usize| {
+                let weight = |place: &Option<usize>| {
+                    place.map_or(0.0, |j| known.inverse.entry(*i, j) / known.arrow.lengths[j])
+                };
+                (*i, places.iter().map(weight).collect())
+            };
+            places.iter().flatten().map(of_parameter).collect()
+        };
+        Some(model.blocks.iter().map(|rows| of_block(&rows.columns)).collect())
+    }
+
+    /// Removes the errors of rows that too few samples decide.
+    pub(super) fn decided_by_few(&mut self, rows: Vec<usize>) {
+        self.decided_by_few = rows;
+    }
+
     /// Removes the errors of some rows.
     pub(super) fn discard(&mut self, rows: Vec<usize>) {
         self.discarded = rows;
@@ -365,7 +398,13 @@ impl Covariance {
 
     /// The position in `rows` of a row of the table; `None` if it has no error.
     fn position(&self, row: usize) -> Option<usize> {
-        let no_error = [&self.undetermined, &self.dependent, &self.discarded, &self.decided_by_one];
+        let no_error = [
+            &self.undetermined,
+            &self.dependent,
+            &self.discarded,
+            &self.decided_by_one,
+            &self.decided_by_few,
+        ];
         self.rows.binary_search(&row).ok().filter(|_| !no_error.iter().any(|rows| rows.contains(&row)))
     }
 

@@ -1,5 +1,6 @@
 //! A parameter after a fit: its value and its uncertainty.
 
+use super::profile::{OpenEnd, ProfiledInterval};
 use super::result::Fit;
 use crate::error::Error;
 use crate::math::count;
@@ -25,8 +26,10 @@ pub struct FittedParameter {
     pub std_error: Option<f64>,
     /// Why it has no standard error; `None` if it has one.
     pub no_std_error: Option<NoStandardError>,
-    /// Its 95 % confidence interval; `None` if it has no standard error.
+    /// Its 95 % confidence interval; `None` if it has none. One from a profile of the cost does not need a standard error.
     pub ci95: Option<[f64; 2]>,
+    /// Why the interval is open below and above; `None` where it is not. An open end is the last value that was tried.
+    pub open: [Option<OpenEnd>; 2],
     /// The smallest and the largest value that the fit allowed.
     pub bounds: (f64, f64),
     /// The value that the fit started from.
@@ -78,6 +81,8 @@ pub enum NoStandardError {
     Discarded,
     /// A single group of samples decides it, so that the others say nothing of its error.
     DecidedByOneGroup,
+    /// Fewer than three samples decide it.
+    FewSamples,
     /// The data have no noise from which an error could be estimated.
     NoNoise,
     /// The fit did not reach a minimum, or there are no more residuals than free parameters.
@@ -96,6 +101,7 @@ impl fmt::Display for NoStandardError {
             Self::DependsOnBound => "depends on a parameter at a bound",
             Self::Discarded => "the loss discards the samples that it depends on",
             Self::DecidedByOneGroup => "a single group of samples decides it",
+            Self::FewSamples => "fewer than three samples decide it",
             Self::NoNoise => "the data have no noise",
             Self::NoMinimum => "the fit has no minimum or no degrees of freedom",
         })
@@ -161,6 +167,7 @@ impl Fit {
             std_error,
             no_std_error: if std_error.is_none() { Some(self.no_std_error(index, row)) } else { None },
             ci95: self.ci95(index),
+            open: self.profile(index).map_or([None; 2], |profile| profile.open),
             bounds: row.bounds,
             initial: row.initial,
             state: match row.status {
@@ -179,8 +186,16 @@ impl Fit {
         self.covariance.as_ref()?.std_error(index)
     }
 
-    /// The 95 % confidence interval of the parameter in a row of the table; `None` without a standard error.
+    /// The interval by the profile of a row of the table.
+    fn profile(&self, index: usize) -> Option<&ProfiledInterval> {
+        self.profiled.iter().flatten().find(|profile| profile.row == index)
+    }
+
+    /// The 95 % confidence interval of the parameter in a row of the table; `None` without a standard error or profile.
     pub(crate) fn ci95(&self, index: usize) -> Option<[f64; 2]> {
+        if let Some(profile) = self.profile(index) {
+            return Some(profile.ends);
+        }
         let std_error = self.std_error(index)?;
         if let Some(resampled) = &self.resampled {
             return resampled.interval(index);
@@ -209,6 +224,8 @@ impl Fit {
             NoStandardError::Discarded
         } else if covariance.decided_by_one.contains(&index) {
             NoStandardError::DecidedByOneGroup
+        } else if covariance.decided_by_few.contains(&index) {
+            NoStandardError::FewSamples
         } else {
             NoStandardError::NoNoise
         }
@@ -230,6 +247,7 @@ mod tests {
             std_error,
             no_std_error: if std_error.is_none() { Some(NoStandardError::AtBound) } else { None },
             ci95: None,
+            open: [None; 2],
             bounds: (0.0, 1.0),
             initial: 0.5,
             state: ParameterState::Free,

@@ -27,8 +27,14 @@ use std::cell::OnceCell;
 
 /// Number of samples on which the curvature of the cost is found. It does not depend on how many there are.
 const CURVATURE_SAMPLES: usize = 10_000;
+/// Largest number of groups times parameters for which narrower groups are tried.
+const MOST_WORK: usize = 20_000;
 /// Step of the differences by the measurement's scale.
 const SCALE_STEP: f64 = 1e-3;
+/// A parameter has a standard error if at least this many samples decide it.
+const LEAST_DECIDING: f64 = 3.0;
+/// Largest number of samples for which that is looked at.
+const MOST_SPARSE: usize = 100_000;
 /// Number of samples on which freeing a parameter is tried.
 const CHECK_SAMPLES: usize = 1500;
 /// Largest number of iterations of such a trial.
@@ -125,6 +131,7 @@ impl Task<'_> {
             held_out: None,
             covariance,
             resampled,
+            profiled: None,
             cost: solution.cost,
             n,
             dof,
@@ -144,6 +151,7 @@ impl Task<'_> {
         warnings.extend(warnings::strengths(&fit));
         warnings.extend(warnings::at_bounds(&fit));
         warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
+        warnings.extend(self.unresolved(&fit, found.objective)?);
         warnings.extend(warnings::ties(&fit));
         warnings.extend(warnings::discarded(&fit));
         // A model that fits needs no other parameters.
@@ -178,7 +186,8 @@ impl Task<'_> {
         if !solution.termination.converged() {
             return None;
         }
-        let grouped = self.options.uncertainty == Uncertainty::Clustered && !self.suffices(trust, counts);
+        let by_groups = matches!(self.options.uncertainty, Uncertainty::Clustered | Uncertainty::Profile);
+        let grouped = by_groups && !self.suffices(trust, counts);
         let curvature = if grouped || self.options.scale_error.is_some() {
             self.curvature(table, solution, problem.objective())
         } else {
@@ -194,7 +203,28 @@ impl Task<'_> {
         if trust.robust {
             covariance.discard(self.discarded(table, solution));
         }
+        covariance.decided_by_few(self.decided_by_few(problem, table, solution, &covariance));
         Some(covariance)
+    }
+
+    /// The rows that fewer than three samples decide.
+    fn decided_by_few(
+        &self,
+        problem: &ReflectanceProblem<'_>,
+        table: &ParameterTable,
+        solution: &Solution,
+        covariance: &Covariance,
+    ) -> Vec<usize> {
+        // A peak between the samples of a dense table is seen by many of them.
+        if self.samples.len() > MOST_SPARSE {
+            return Vec::new();
+        }
+        let Some(combinations) = covariance.combinations(table, &solution.linearisation) else {
+            return Vec::new();
+        };
+        let deciding = problem.deciding_samples(&solution.x, &combinations, covariance.rows.len());
+        let few = covariance.rows.iter().zip(deciding).filter(|(_, samples)| *samples < LEAST_DECIDING);
+        few.map(|(row, _)| *row).collect()
     }
 
     /// Whether the given standard deviations suffice for the covariance: the user says that they have the right proportions, or the
@@ -224,6 +254,9 @@ impl Task<'_> {
         let mut first = None;
         for clusters in self.samples.clusters(problem.most_columns()) {
             let Clusters { kind, width_deg, groups, of_sample } = clusters;
+            if first.is_some() && groups * table.free().len() > MOST_WORK {
+                break;
+            }
             let sums = problem.group_sums(&solution.x, groups, &of_sample);
             let rows = GroupedRows { sums: &sums, curvature };
             let noise = Noise::Groups(Grouping { kind, width_deg, groups }, rows, &scatter);

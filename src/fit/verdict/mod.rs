@@ -12,6 +12,7 @@ pub(super) mod fitted_parameter;
 pub(super) mod hold_out;
 mod judge;
 pub(super) mod misfit;
+pub(super) mod profile;
 pub(super) mod result;
 mod saturation;
 pub(super) mod warning;

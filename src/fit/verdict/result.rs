@@ -5,6 +5,7 @@ use super::covariance::Covariance;
 use super::errors::{ErrorTable, Errors};
 use super::hold_out::HeldOut;
 use super::misfit::Misfit;
+use super::profile::ProfiledInterval;
 use super::warning::{Unusable, Warning};
 use crate::brdf::Brdf;
 use crate::fit::options::Budget;
@@ -45,6 +46,8 @@ pub struct Fit {
     pub covariance: Option<Covariance>,
     /// The fits repeated on resampled angles of incidence; `None` unless the covariance comes from them.
     pub resampled: Option<Resampled>,
+    /// The intervals by profiles of the cost; `None` unless they were asked for.
+    pub profiled: Option<Vec<ProfiledInterval>>,
     /// The sum of squares that was minimised.
     pub cost: f64,
     /// Number of residuals: of values that were measured, in all channels that are not dead.

@@ -1,7 +1,7 @@
 //! The warnings of a fit, and their texts.
 
 use super::misfit::Misfit;
-use crate::error::OptionName;
+use crate::error::{OptionName, listed};
 use crate::fit::problem::metric::Metric;
 use crate::geometry::Azimuths;
 use crate::measurement::Doubt;
@@ -73,7 +73,25 @@ pub enum Warning {
         /// Why.
         reason: NotSeparated,
     },
-    /// A diffuse base and a lobe so rough that they are alike.
+    /// A lobe that is narrower than the spacing of the samples at its peak.
+    UnresolvedLobe {
+        /// Full name of its width, without a channel.
+        parameter: String,
+        /// The lobe.
+        lobe: String,
+        /// The fitted width, in the parameter's unit.
+        value: f64,
+        /// The smallest and the largest width that the data do not exclude.
+        range: [f64; 2],
+        /// Whether each of these is only the end of what was tried: the bound, usually.
+        open: [bool; 2],
+    },
+    /// Parameters that fewer than three samples decide.
+    DecidedByFew {
+        /// Full names.
+        parameters: Vec<String>,
+    },
+    /// A diffuse base and a lobe that the data hardly tell from it.
     BaseLikeLobe {
         /// The base's parameter.
         parameter: String,
@@ -231,6 +249,8 @@ pub enum AtBound {
     OnlyAtGrazing,
     /// Nothing beyond the bound itself.
     Limit,
+    /// Nothing beyond the bound itself, which is that of the model.
+    LimitOfModel,
 }
 
 /// Why the data hardly tell two factors apart.
@@ -301,6 +321,7 @@ impl Warning {
             Self::StrengthAboveOne { .. } => WarningKind::StrengthAboveOne,
             Self::GainsEnergy { .. } => WarningKind::GainsEnergy,
             Self::NotDetermined { .. } | Self::NotSeparated { .. } => WarningKind::NotIdentifiable,
+            Self::UnresolvedLobe { .. } | Self::DecidedByFew { .. } => WarningKind::UnresolvedLobe,
             Self::BaseLikeLobe { .. } | Self::Correlated { .. } => WarningKind::Correlated,
             Self::FlatProfile { .. } => WarningKind::FlatProfile,
             Self::IllConditioned { .. } => WarningKind::IllConditioned,
@@ -327,6 +348,7 @@ impl Warning {
             | Self::StrengthAboveOne { parameter, .. }
             | Self::NotSeparated { parameter, .. }
             | Self::BaseLikeLobe { parameter, .. }
+            | Self::UnresolvedLobe { parameter, .. }
             | Self::Correlated { parameter, .. }
             | Self::FlatProfile { parameter, .. }
             | Self::TiedStarts { parameter, .. }
@@ -334,6 +356,7 @@ impl Warning {
             | Self::WorthFreeing { parameter, .. } => Some(parameter),
             Self::RestsOnBound { parameters }
             | Self::NotDetermined { parameters }
+            | Self::DecidedByFew { parameters }
             | Self::IllConditioned { parameters, .. }
             | Self::LossDiscards { parameters }
             | Self::DefaultUsed { parameters } => parameters.first().map(String::as_str),
@@ -392,6 +415,8 @@ impl Warning {
             }
             Self::ChiSquare { .. } => vec![suggestion(OptionName::SigmaScale, "auto".to_owned())],
             Self::AtBound { .. }
+            | Self::UnresolvedLobe { .. }
+            | Self::DecidedByFew { .. }
             | Self::Misfit(_)
             | Self::GainsEnergy { .. }
             | Self::NotUsable(_)
@@ -501,10 +526,26 @@ impl fmt::Display for Warning {
                      product under 'derived', or fix {parameter} at 1"
                 ),
             },
+            Self::UnresolvedLobe { lobe, value, range: [low, high], open, .. } => {
+                let bound = |open: bool| if open { " (its bound)" } else { "" };
+                write!(
+                    f,
+                    "fewer than three samples see the peak of '{lobe}': it is narrower than their spacing. {value:.3} fits best, and the \
+                     data exclude nothing from {low:.3}{} to {high:.3}{}; measure closer to the mirror direction",
+                    bound(open[0]),
+                    bound(open[1])
+                )
+            }
+            Self::DecidedByFew { parameters } => write!(
+                f,
+                "no standard error for {}: fewer than three samples decide {}",
+                listed(parameters),
+                if parameters.len() == 1 { "it" } else { "each" }
+            ),
             Self::BaseLikeLobe { other, lobe, correlation, .. } => write!(
                 f,
-                "correlation {correlation:.4} with {other}: a lobe this rough looks like a diffuse base; fit without \
-                 '{lobe}' and compare, or fix one of the two"
+                "correlation {correlation:.4} with {other}: the data hardly tell '{lobe}' from a diffuse base; fit without \
+                 it and compare, or fix one of the two"
             ),
             Self::Correlated { other, correlation, .. } => write!(
                 f,
@@ -622,6 +663,7 @@ impl fmt::Display for AtBound {
             }
             Self::OnlyAtGrazing => "its lobe only rises towards grazing; fit without that lobe and compare",
             Self::Limit => "it has no standard error there; widen its bounds if that makes sense",
+            Self::LimitOfModel => "it has no standard error there, and the model is not meant for values beyond; compare other models",
         })
     }
 }
@@ -676,6 +718,7 @@ pub enum WarningKind {
     SuspiciousTable,
     TargetMissed,
     TiedStarts,
+    UnresolvedLobe,
     WorthFreeing,
 }
 
@@ -709,6 +752,7 @@ impl WarningKind {
             Self::SuspiciousTable => "suspicious-table",
             Self::TargetMissed => "target-missed",
             Self::TiedStarts => "tied-starts",
+            Self::UnresolvedLobe => "unresolved-lobe",
             Self::WorthFreeing => "worth-freeing",
         }
     }

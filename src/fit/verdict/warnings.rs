@@ -48,6 +48,8 @@ struct Bound {
     upper: bool,
     value: f64,
     channels: Vec<String>,
+    /// Whether the bound is that of the model.
+    of_model: bool,
     /// Whether it is only the reflectance at normal incidence, in a lobe that rises towards grazing.
     reflectance: bool,
 }
@@ -73,12 +75,14 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
                     let reflectance =
                         row.spec.role == Role::Amplitude && table.products().iter().any(is_factor);
                     let channels = channel.into_iter().collect();
-                    groups.push(Bound { name, upper, value, channels, reflectance });
+                    let limits = row.spec.bounds;
+                    let of_model = value == if upper { limits.1 } else { limits.0 };
+                    groups.push(Bound { name, upper, value, channels, of_model, reflectance });
                 }
             }
         }
     }
-    let warning = |Bound { name, upper, value, channels, reflectance }: Bound| Warning::AtBound {
+    let warning = |Bound { name, upper, value, channels, of_model, reflectance }: Bound| Warning::AtBound {
         parameter: name,
         side: if upper { Side::Upper } else { Side::Lower },
         bound: value,
@@ -87,6 +91,7 @@ pub(super) fn at_bounds(fit: &Fit) -> Vec<Warning> {
             (true, false) => AtBound::Absent,
             // A lobe whose reflectance is 0 at normal incidence is still there.
             (true, true) => AtBound::OnlyAtGrazing,
+            _ if of_model => AtBound::LimitOfModel,
             _ => AtBound::Limit,
         },
     };

@@ -1,22 +1,23 @@
 //! How uncertain a quantity is that follows from the parameters of a report.
 
+use super::Recorded;
 use crate::parameters::ParameterTable;
-use crate::report::Recorded;
 
 /// The covariance of the parameters of a report, from its standard errors and correlations.
 #[derive(Clone, Debug)]
-pub(super) struct Spread<'a> {
+pub struct Spread<'a> {
     table: &'a ParameterTable,
     /// The rows with a standard error, and that error.
     rows: Vec<(usize, f64)>,
     /// Their correlations.
     correlation: Vec<Vec<f64>>,
     /// Whether every parameter that was fitted has a standard error.
-    pub(super) complete: bool,
+    pub complete: bool,
+    half_interval: f64,
 }
 
 /// Standard errors on either side of a value that 95 % of normal errors lie within.
-pub(super) const BAND: f64 = 1.96;
+pub const BAND: f64 = 1.96;
 
 /// The step of a difference quotient, in standard errors: small enough for every formula to be linear, large enough to keep half the
 /// digits.
@@ -24,17 +25,22 @@ const STEP: f64 = 1e-3;
 
 impl<'a> Spread<'a> {
     /// The covariance that a report keeps; `None` if it keeps none.
-    pub(super) fn of(recorded: &'a Recorded) -> Option<Self> {
+    #[must_use]
+    pub fn of(recorded: &'a Recorded) -> Option<Self> {
         let kept = recorded.report.correlation.as_ref()?;
         let table = &recorded.table;
         let names: Vec<String> = (0..table.rows().len()).map(|index| table.name(index)).collect();
         let mut rows = Vec::new();
         let mut places = Vec::new();
+        let mut half_interval = BAND;
         for (place, name) in kept.parameters.iter().enumerate() {
             let row = names.iter().position(|known| known == name);
             let reported = recorded.report.parameters.get(row?)?;
             if let (Some(row), Some(error)) = (row, reported.std_error.filter(|error| *error > 0.0)) {
                 rows.push((row, error));
+                if let Some([low, high]) = reported.ci95 {
+                    half_interval = half_interval.max(0.5 * (high - low) / error);
+                }
                 places.push(place);
             }
         }
@@ -45,11 +51,12 @@ impl<'a> Spread<'a> {
         let correlation =
             places.iter().map(|a| places.iter().map(|b| entry(a, b).unwrap_or(0.0)).collect()).collect();
         let complete = rows.len() == kept.parameters.len();
-        (!rows.is_empty()).then_some(Self { table, rows, correlation, complete })
+        (!rows.is_empty()).then_some(Self { table, rows, correlation, complete, half_interval })
     }
 
     /// The standard error of each of several quantities that follow from the parameters, to first order.
-    pub(super) fn std_errors(&self, quantities: impl Fn(&ParameterTable) -> Vec<f64>) -> Vec<f64> {
+    #[must_use]
+    pub fn std_errors(&self, quantities: impl Fn(&ParameterTable) -> Vec<f64>) -> Vec<f64> {
         // The change of every quantity per standard error of each parameter.
         let slopes: Vec<Vec<f64>> =
             self.rows.iter().map(|(row, error)| self.slope(*row, *error, &quantities)).collect();
@@ -63,6 +70,12 @@ impl<'a> Spread<'a> {
             slopes.iter().zip(&self.correlation).map(of_row).sum()
         };
         (0..count).map(|k| variance(k).max(0.0).sqrt()).collect()
+    }
+
+    /// Standard errors on either side of a value that hold 95 %: as many as in the interval of the parameter whose error is known worst.
+    #[must_use]
+    pub fn half_interval(&self) -> f64 {
+        self.half_interval
     }
 
     /// The change of every quantity per standard error of a row. At a bound the quotient is one-sided.
