@@ -4,9 +4,9 @@ use super::fact::{Fact, known};
 use super::figures::{Drawn, Figures, NotDrawn};
 use super::model::{Caution, Model};
 use crate::error::{Error, OptionName, Place, listed};
-use crate::figure::Subject;
+use crate::figure::{Subject, letter};
 use crate::progress::Progress;
-use crate::report::{Named as _, Report, compared};
+use crate::report::{Named as _, Report, are_told_apart, compared};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -81,6 +81,7 @@ impl Material {
                 figures,
                 not_drawn: without,
                 warnings,
+                alike: alike(&reports, k),
                 ..Model::new(&id, several.then_some(k), report)
             });
         }
@@ -138,6 +139,16 @@ fn ranked(fits: &[Subject]) -> (Vec<Subject>, String) {
     order.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let order: Vec<Subject> = order.into_iter().map(|(_, fit)| fit.clone()).collect();
     (order, format!("from the smallest {} error", criterion(known).in_report()))
+}
+
+/// The letters of the models whose folds do not tell them apart from model `k`; empty unless all have folds.
+fn alike(reports: &[&Report], k: usize) -> String {
+    if !reports.iter().all(|report| report.has_folds()) {
+        return String::new();
+    }
+    let others = (0..reports.len()).filter(|other| *other != k);
+    let alike = others.filter(|other| !are_told_apart(reports[k], reports[*other]));
+    alike.map(letter).collect::<Vec<_>>().join(", ")
 }
 
 /// The name of a material: that of its file without the ending, and its own if the file holds several.
