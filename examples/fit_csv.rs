@@ -16,7 +16,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let model: Expression = model.parse()?;
 
     // A fifth of the angles of incidence is not fitted, and says how well the model predicts.
-    let (fit, report): (Fit, Report) = Fit::of(&model, &measurement).hold_out(HoldOut::fraction(0.2)?).run_with_report()?;
+    let (fit, report): (Fit, Report) =
+        Fit::of(&model, &measurement).hold_out(HoldOut::fraction(0.2)?).run_with_report()?;
     for parameter in fit.parameters() {
         println!("{parameter}");
     }

@@ -272,7 +272,11 @@ fn the_sum_over_a_table_is_not_its_albedo() {
         }
         assert!(health.sound, "{text} {set:?}: {:?}", health.findings);
         assert_eq!(verdict(&data).0, ["unresolved"], "{text} {set:?}");
-        assert!(health.findings[0].text.starts_with("cannot tell whether the albedo"), "{:?}", health.findings);
+        assert!(
+            health.findings[0].text.starts_with("cannot tell whether the albedo"),
+            "{:?}",
+            health.findings
+        );
     }
     // What reflects a tenth more than arrives is told as before, and half of the light raises no doubt.
     assert_eq!(verdict(&measured("lambert", &[("kd", 1.1)], merl())), (vec!["gains-energy"], false));
@@ -309,7 +313,11 @@ fn directions_that_hardly_agree_do_not_disprove_reciprocity() {
     let data = measured("cook-torrance", &set, both_ways(0.2));
     let health = health::measurement(&data);
     assert!(health.reciprocity.unwrap() > 0.2, "{:?}", health.reciprocity);
-    assert!(health.reciprocity_error.unwrap() >= health.reciprocity.unwrap(), "{:?}", health.reciprocity_error);
+    assert!(
+        health.reciprocity_error.unwrap() >= health.reciprocity.unwrap(),
+        "{:?}",
+        health.reciprocity_error
+    );
     assert_eq!(verdict(&data), (vec!["unresolved"], true));
     // With exactly exchanged directions nothing but the values can differ.
     let mut exact = measured("cook-torrance", &set, both_ways(0.0));

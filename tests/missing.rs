@@ -3,8 +3,8 @@
 
 use approx::assert_relative_eq;
 use brdfit::fit::{
-    Budget, Fit, HoldOut, LossKind, Metric, Options, ParameterState, SigmaScale, Uncertainty, WarningKind, evaluate,
-    fit, fit_within,
+    Budget, Fit, HoldOut, LossKind, Metric, Options, ParameterState, SigmaScale, Uncertainty, WarningKind,
+    evaluate, fit, fit_within,
 };
 use brdfit::geometry::{Azimuths, Directions};
 use brdfit::measurement::formats::csv;

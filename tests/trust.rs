@@ -116,8 +116,12 @@ fn every_angle_is_held_out_once() {
         assert!((0.95..1.5).contains(&ratio), "{metric}: {ratio}");
     }
     // Mean and standard deviation over the folds.
-    let of_folds: Vec<f64> =
-        held["folds"].as_array().unwrap().iter().map(|fold| fold["unbiased_cbrt"].as_f64().unwrap()).collect();
+    let of_folds: Vec<f64> = held["folds"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|fold| fold["unbiased_cbrt"].as_f64().unwrap())
+        .collect();
     let mean = of_folds.iter().sum::<f64>() / 3.0;
     let variance = of_folds.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 2.0;
     assert_relative_eq!(held["mean"].as_f64().unwrap(), mean, max_relative = 1e-12);
@@ -227,9 +231,8 @@ fn models_are_ranked_by_what_they_have_not_seen() {
     let line = format!("fit paint.csv {models} --metric log --hold-out each");
     let several = folder.brdfit(&format!("{line} --json")).json();
     let ranking = several["ranking"].as_array().unwrap();
-    let report = |rank: &Value| {
-        several["reports"][usize::try_from(rank["index"].as_u64().unwrap()).unwrap()].clone()
-    };
+    let report =
+        |rank: &Value| several["reports"][usize::try_from(rank["index"].as_u64().unwrap()).unwrap()].clone();
     for rank in ranking {
         assert_eq!(rank["criterion"], "held-out log");
         assert_eq!(rank["value"], report(rank)["selection"]["held_out"]["log"]);
@@ -255,39 +258,32 @@ fn models_are_ranked_by_what_they_have_not_seen() {
     assert!(!table.contains("told apart"), "{table}");
 }
 
-/// The paint of `laboratory`, with its values at one angle of incidence multiplied by a factor.
-fn with_one_angle_wrong(folder: &Folder, theta_i: f64, factor: f64) {
-    let text = folder.read("paint.csv");
-    let changed = text.lines().map(|line| {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        match fields[0].parse::<f64>() {
-            Ok(angle) if (angle - theta_i).abs() < 0.01 => {
-                let f: f64 = fields[4].parse().unwrap();
-                fields[4] = (f * factor).to_string();
-                fields.join(",") + "\n"
-            }
-            _ => format!("{line}\n"),
-        }
-    });
-    folder.write("changed.csv", changed.collect::<String>());
-}
-
 #[test]
 fn extrapolation_to_an_angle_at_the_edge_is_noted() {
     let folder = laboratory();
-    let warned = |file: &str, model: &str| {
-        let line = format!("fit {file} -m {model} --hold-out each --json");
-        let report = folder.brdfit(&line).json();
+    // The highlight is in view at the last angle only: nothing else tells how strong and how wide it is.
+    let mut directions = String::from("theta_i,phi_i,theta_o,phi_o\n");
+    for theta_i in (1..8).map(|k| 10 * k) {
+        for theta_o in (10..=70).step_by(5) {
+            for phi_o in if theta_i == 70 { [180, 170, 160] } else { [0, 20, 40] } {
+                directions += &format!("{theta_i},0,{theta_o},{phi_o}\n");
+            }
+        }
+    }
+    folder.write("views.csv", directions);
+    let set = "--set kd=0.3 --set m=0.2 --set f0=0.05 --noise 0.02";
+    folder.brdfit(&format!("synth -m {MODEL} {set} --at views.csv -o edge.csv")).good();
+    let warned = |file: &str| {
+        let report = folder.brdfit(&format!("fit {file} -m {MODEL} --hold-out each --json")).json();
         let warnings = report["warnings"].as_array().unwrap().clone();
-        warnings.into_iter().find(|w| w["kind"] == "extrapolated").map(|w| w["text"].as_str().unwrap().to_owned())
+        let found = warnings.into_iter().find(|w| w["kind"] == "extrapolated");
+        found.map(|warning| warning["text"].as_str().unwrap().to_owned())
     };
-    // The true model extrapolates as well as it interpolates.
-    assert_eq!(warned("paint.csv", MODEL), None);
-    // A model with a shape for each end: only the last angle tells how strongly the Fresnel term rises there, if it rises in another way
-    // than at the others.
-    with_one_angle_wrong(&folder, 70.0, 3.0);
-    let text = warned("changed.csv", "'lambert + cook-torrance(f=schlick-free)'").or(warned("changed.csv", MODEL));
-    println!("{text:?}");
+    let text = warned("edge.csv").unwrap();
+    assert!(text.starts_with("left out of the fit, theta_i 70 deg is predicted with "), "{text}");
+    assert!(text.contains("angles between the edges: 1."), "{text}");
+    // Where every angle has the highlight in view, the true model extrapolates as well as it interpolates.
+    assert_eq!(warned("paint.csv"), None);
 }
 
 #[test]

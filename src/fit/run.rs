@@ -73,8 +73,9 @@ pub fn fit(
 
     // Leave angles out in turn, and test the model on them.
     if let Some(folds) = folds {
-        let (held_out, warning) = Testing { task: &task, measurement, folds: &folds, fitted_to_all: Some(&fit.table) }
-            .held_out(progress)?;
+        let (held_out, warning) =
+            Testing { task: &task, measurement, folds: &folds, fitted_to_all: Some(&fit.table) }
+                .held_out(progress)?;
         fit.held_out = held_out;
         fit.warnings.extend(warning);
     }
@@ -126,7 +127,8 @@ impl Testing<'_> {
     fn held_out(&self, progress: &Arc<dyn Progress>) -> Result<(Option<HeldOut>, Option<Warning>), Error> {
         let planned = self.folds.len;
         let finished = AtomicUsize::new(0);
-        let tell = |done: usize| progress.stage(&format!("leaving angles out, {done} of {planned} folds done"));
+        let tell =
+            |done: usize| progress.stage(&format!("leaving angles out, {done} of {planned} folds done"));
         tell(0);
         let one = |fold: usize| {
             let judged = self.fold(fold)?;

@@ -215,7 +215,8 @@ fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
             unmeasured: (1.0 - weight / whole).max(0.0),
         })
     };
-    let of_channel = |sums: Vec<[Part; PARTS]>| sums.into_iter().zip(&whole).zip(0..RANGES).filter_map(of_range).collect();
+    let of_channel =
+        |sums: Vec<[Part; PARTS]>| sums.into_iter().zip(&whole).zip(0..RANGES).filter_map(of_range).collect();
     Some(sums.into_iter().map(of_channel).collect())
 }
 
@@ -256,7 +257,9 @@ fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>, explained: f
             let but = if own > RECIPROCITY_LIMIT || difference <= RECIPROCITY_LIMIT || explained == 0.0 {
                 String::new()
             } else {
-                format!(", of which up to {may_be:.1} % may come from directions that agree to half a degree only")
+                format!(
+                    ", of which up to {may_be:.1} % may come from directions that agree to half a degree only"
+                )
             };
             ("not-reciprocal", own > RECIPROCITY_LIMIT, differ + &but)
         } else {

@@ -23,7 +23,11 @@ pub(super) fn explained(measurement: &Measurement) -> Option<f64> {
     for (one, other) in both.iter().step_by(both.len().div_ceil(MOST).max(1)) {
         let [theta_i, theta_o, turn] = angles[*other];
         let apart = distance(angles[*one], [theta_o, theta_i, turn]);
-        let near = if apart > SAME { [*one, *other].map(|sample| neighbours(&angles, sample)) } else { [vec![], vec![]] };
+        let near = if apart > SAME {
+            [*one, *other].map(|sample| neighbours(&angles, sample))
+        } else {
+            [vec![], vec![]]
+        };
         for row in &measurement.values {
             let (a, b) = (row[*one], row[*other]);
             if a.is_nan() || b.is_nan() {

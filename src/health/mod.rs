@@ -184,7 +184,8 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
         }
         // What is largest need not be what is known best.
         let known = channel.albedo.iter().map(|a| Some((a.theta_i_deg, a.value?, a.error?)));
-        if let Some(known) = known.collect::<Option<Vec<(f64, f64, f64)>>>().filter(|known| !known.is_empty()) {
+        if let Some(known) = known.collect::<Option<Vec<(f64, f64, f64)>>>().filter(|known| !known.is_empty())
+        {
             let most = |key: fn(&(f64, f64, f64)) -> f64| {
                 known.iter().max_by(|a, b| key(a).total_cmp(&key(b))).filter(|a| key(a) > 1.0 + ALBEDO_SLACK)
             };

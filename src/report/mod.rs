@@ -19,10 +19,9 @@ pub use open::{Criterion, Named, Open, ParameterStatus, StopReason};
 pub use read::{Recorded, is_report, read};
 pub use record::{
     Correlation, Data, Derived, ErrorRecord, Failure, FilterRecord, FitRecord, FoldRecord, HeldOutRecord,
-    HoldOutRecord, InOrder,
-    MisfitRecord, OptionRecord, Parameter, Rank, Report, Reports, ResamplingRecord, SCHEMA, SCHEMA_SEVERAL,
-    SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord, WorstRecord,
-    schema,
+    HoldOutRecord, InOrder, MisfitRecord, OptionRecord, Parameter, Rank, Report, Reports, ResamplingRecord,
+    SCHEMA, SCHEMA_SEVERAL, SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times,
+    WarningRecord, WorstRecord, schema,
 };
 pub use summary::SummaryRow;
 #[cfg(feature = "page")]

@@ -5,8 +5,8 @@
 use super::open::{Criterion, Open, ParameterStatus, StopReason};
 use crate::error::OptionName;
 use crate::fit::{
-    Budget, Errors, Fit, FittedParameter, Fold, HeldOut, HoldOut, LossKind, Method, Metric, Misfit, NoiseSource, Options,
-    Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
+    Budget, Errors, Fit, FittedParameter, Fold, HeldOut, HoldOut, LossKind, Method, Metric, Misfit,
+    NoiseSource, Options, Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
 };
 use crate::measurement::Weighting;
 use crate::measurement::formats::BinPosition;

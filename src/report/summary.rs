@@ -109,9 +109,11 @@ impl Reports {
                 for Ranked { place, rank, report } in ranked {
                     let unusable = if report.termination.usable { "" } else { "  NOT USABLE" };
                     let alike = listed_places(&alike(ranked, rank));
-                    let alike = if alike.is_empty() { alike } else { format!("  (not told apart from {alike})") };
+                    let alike =
+                        if alike.is_empty() { alike } else { format!("  (not told apart from {alike})") };
                     let model = format!("{}{unusable}{alike}", report.model);
-                    let place = numbered.then(|| left(format!("{place}."), ranked.len().to_string().len() + 1));
+                    let place =
+                        numbered.then(|| left(format!("{place}."), ranked.len().to_string().len() + 1));
                     let cells = place.into_iter().chain([right(six_decimals(rank.value), 8), free(model)]);
                     text.row(verdict(report).0, 2, cells);
                 }
@@ -147,7 +149,9 @@ impl Reports {
                 let model = if is_ranked { "best model" } else { "model" };
                 text.row(Role::Heading, 2, row("input", headings, "verdict", model));
             }
-            for (Ranked { rank, report, .. }, ranked) in best.iter().zip(inputs.iter().filter(|i| !i.is_empty())) {
+            for (Ranked { rank, report, .. }, ranked) in
+                best.iter().zip(inputs.iter().filter(|i| !i.is_empty()))
+            {
                 let others = alike(ranked, rank).len();
                 let others = match others {
                     0 => String::new(),

@@ -1,6 +1,8 @@
 //! Writes the report as a table for people to read.
 
-use super::{ErrorRecord, HeldOutRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord};
+use super::{
+    ErrorRecord, HeldOutRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord,
+};
 use crate::error::listed;
 use crate::fit::{Method, Metric, Worst};
 use crate::lines::{Lines, Role, free, left, right};
@@ -192,7 +194,11 @@ fn angles(degrees: &[[f64; 2]]) -> String {
 fn held_out_in_words(held: &HeldOutRecord, report: &Report) -> String {
     let together = metrics(&held.errors);
     if held.folds.is_empty() {
-        return format!("held out: {} samples at theta_i {} deg: {together}", held.samples, angles(&held.theta_i_deg));
+        return format!(
+            "held out: {} samples at theta_i {} deg: {together}",
+            held.samples,
+            angles(&held.theta_i_deg)
+        );
     }
     let what = if held.theta_i_deg.iter().any(|[low, high]| low < high) { "ranges" } else { "angles" };
     let not_converged = held.folds.iter().filter(|fold| !fold.converged).count();

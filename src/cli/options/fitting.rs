@@ -2,8 +2,7 @@
 
 use brdfit::Error;
 use brdfit::fit::{
-    Budget, Fit, Options, SigmaScale, Uncertainty, checked_target, fit, fit_to_target,
-    fit_within,
+    Budget, Fit, Options, SigmaScale, Uncertainty, checked_target, fit, fit_to_target, fit_within,
 };
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;

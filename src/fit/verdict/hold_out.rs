@@ -140,14 +140,15 @@ impl Folds {
     /// The first channel all of whose values are in one fold, so that nothing is left to fit without it.
     fn channel_in_one_fold(&self, samples: &Samples) -> Option<usize> {
         let incomplete = samples.values.iter().zip(&samples.missing).enumerate();
-        incomplete.filter(|(_, (_, missing))| **missing > 0).map(|(channel, (row, _))| (channel, row)).find_map(
-            |(channel, row)| {
+        incomplete
+            .filter(|(_, (_, missing))| **missing > 0)
+            .map(|(channel, (row, _))| (channel, row))
+            .find_map(|(channel, row)| {
                 let measured = row.iter().zip(&self.groups.of_sample).filter(|(value, _)| !value.is_nan());
                 let mut folds = measured.map(|(_, group)| self.of_group[*group]);
                 let first = folds.next();
                 folds.all(|fold| Some(fold) == first).then_some(channel)
-            },
-        )
+            })
     }
 
     /// Divides the samples into those of a fold and all others.
@@ -210,7 +211,7 @@ pub(in crate::fit) fn put_together(judged: Vec<Judged>, metric: Metric) -> (Held
 
 /// An angle at the edge is extrapolated if leaving it out makes the error there this many times as large, and as many times as large
 /// as leaving out the angles between does to theirs.
-const CLEARLY_WORSE: f64 = 2.0;
+const CLEARLY_WORSE: f64 = 1.5;
 /// A mean distance from the data below this fraction of them is no fault of a model.
 const FAULTLESS: f64 = 1e-3;
 
@@ -276,9 +277,16 @@ mod tests {
 
     #[test]
     fn a_fraction_makes_the_closest_number_of_folds() {
-        for (groups, left_out, wanted) in
-            [(8, 0.2, 5), (8, 0.25, 4), (8, 0.01, 8), (8, 0.99, 2), (2, 0.5, 2), (3, 0.2, 3), (50, 0.1, 10), (9, 0.4, 3)]
-        {
+        for (groups, left_out, wanted) in [
+            (8, 0.2, 5),
+            (8, 0.25, 4),
+            (8, 0.01, 8),
+            (8, 0.99, 2),
+            (2, 0.5, 2),
+            (3, 0.2, 3),
+            (50, 0.1, 10),
+            (9, 0.4, 3),
+        ] {
             assert_eq!(number_of_folds(groups, fraction(left_out)), wanted, "{left_out} of {groups}");
         }
         assert_eq!(number_of_folds(17, HoldOut::Each), 17);
