@@ -39,7 +39,7 @@
 //! command line writes:
 //!
 //! ```
-//! use brdfit::{Error, Expression, Fit, Measurement, Metric};
+//! use brdfit::{Error, Expression, Fit, HoldOut, Measurement, Metric};
 //!
 //! fn main() -> Result<(), Error> {
 //!     # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/satin-red-paint.csv");

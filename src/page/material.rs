@@ -81,7 +81,7 @@ impl Material {
                 figures,
                 not_drawn: without,
                 warnings,
-                alike: alike(&reports, k),
+                alike: alike(&reports, report),
                 ..Model::new(&id, several.then_some(k), report)
             });
         }
@@ -141,14 +141,14 @@ fn ranked(fits: &[Subject]) -> (Vec<Subject>, String) {
     (order, format!("from the smallest {} error", criterion(known).in_report()))
 }
 
-/// The letters of the models whose folds do not tell them apart from model `k`; empty unless all have folds.
-fn alike(reports: &[&Report], k: usize) -> String {
+/// The letters of the models that folds do not tell apart from that of `report`; empty unless all have folds.
+fn alike(reports: &[&Report], report: &Report) -> String {
     if !reports.iter().all(|report| report.has_folds()) {
         return String::new();
     }
-    let others = (0..reports.len()).filter(|other| *other != k);
-    let alike = others.filter(|other| !are_told_apart(reports[k], reports[*other]));
-    alike.map(letter).collect::<Vec<_>>().join(", ")
+    let others = reports.iter().enumerate().filter(|(_, other)| !std::ptr::eq(**other, report));
+    let alike = others.filter(|(_, other)| !are_told_apart(report, other));
+    alike.map(|(k, _)| letter(k)).collect::<Vec<_>>().join(", ")
 }
 
 /// The name of a material: that of its file without the ending, and its own if the file holds several.
