@@ -5,7 +5,7 @@
 //! ```
 #![allow(clippy::print_stdout)]
 
-use brdfit::{Expression, Fit, Measurement, Report, report};
+use brdfit::{Expression, Fit, HoldOut, Measurement, Report, report};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -16,13 +16,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let model: Expression = model.parse()?;
 
     // A fifth of the angles of incidence is not fitted, and says how well the model predicts.
-    let (fit, report): (Fit, Report) = Fit::of(&model, &measurement).hold_out(0.2)?.run_with_report()?;
+    let (fit, report): (Fit, Report) =
+        Fit::of(&model, &measurement).hold_out(HoldOut::fraction(0.2)?).run_with_report()?;
     for parameter in fit.parameters() {
         println!("{parameter}");
     }
     println!("error on what was fitted: {:.4e}", fit.errors.all.cbrt);
     if let Some(held_out) = &fit.held_out {
-        println!("error on {} samples that were not: {:.4e}", held_out.samples, held_out.errors.cbrt);
+        println!("error on what a fit had not seen: {:.4e}", held_out.errors.cbrt);
     }
 
     // The table of the command line, warnings included.

@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::fit::{
-    Budget, Fit, LossKind, Metric, Options, ScaleError, Uncertainty, checked_fraction, checked_target,
-    evaluate, fit, fit_to_target, fit_within,
+    Budget, Fit, HoldOut, LossKind, Metric, Options, ScaleError, Uncertainty, checked_target, evaluate, fit,
+    fit_to_target, fit_within,
 };
 use crate::measurement::formats::BinPosition;
 use crate::measurement::{Measurement, Weighting};
@@ -256,14 +256,12 @@ impl FitBuilder<'_> {
 
 /// Uncertainty, budgets, the optimiser and limits.
 impl FitBuilder<'_> {
-    /// Leaves this fraction of the angles of incidence out of the fit and reports the errors on them in [`Fit::held_out`]; 0.2
-    /// is common. Models are best compared by those errors.
-    ///
-    /// # Errors
-    /// [`Error::Invalid`] unless it is above 0 and below 1.
-    pub fn hold_out(mut self, fraction: f64) -> Result<Self, Error> {
-        self.options.hold_out = Some(checked_fraction(fraction)?);
-        Ok(self)
+    /// Fits the model again without some of the angles of incidence, until each has been left out once, and reports the errors on
+    /// what was left out in [`Fit::held_out`]. Models are best compared by those errors. [`HoldOut::fraction`] of 0.2, which makes five
+    /// more fits, is common; [`HoldOut::Each`] makes one for each angle.
+    pub fn hold_out(mut self, hold_out: HoldOut) -> Self {
+        self.options.hold_out = Some(hold_out);
+        self
     }
 
     /// Takes standard errors from this source; [`Uncertainty::Clustered`] by default. [`Uncertainty::BlockBootstrap`] is

@@ -39,7 +39,7 @@
 //! command line writes:
 //!
 //! ```
-//! use brdfit::{Error, Expression, Fit, Measurement, Metric};
+//! use brdfit::{Error, Expression, Fit, HoldOut, Measurement, Metric};
 //!
 //! fn main() -> Result<(), Error> {
 //!     # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/satin-red-paint.csv");
@@ -51,7 +51,7 @@
 //!     let (fit, report) = Fit::of(&model, &measurement)
 //!         .metric(Metric::UnbiasedCbrt)
 //!         .fix("f0", 0.05)?
-//!         .hold_out(0.2)?
+//!         .hold_out(HoldOut::fraction(0.2)?)
 //!         .run_with_report()?;
 //!
 //!     let roughness = fit.parameter("m")?;
@@ -138,7 +138,7 @@ pub mod tradeoff;
 pub use brdf::Brdf;
 pub use builder::FitBuilder;
 pub use error::Error;
-pub use fit::{Fit, FittedParameter, LossKind, Metric, Options, Warning};
+pub use fit::{Fit, FittedParameter, HoldOut, LossKind, Metric, Options, Warning};
 pub use geometry::Directions;
 pub use measurement::{Channel, Filters, Measurement, Weighting};
 pub use model::Expression;

@@ -102,7 +102,7 @@ struct Setup {
 }
 
 const fn setup(noise: Size, metric: Metric, weighting: Weighting) -> Setup {
-    Setup { noise, metric, weighting, uncertainty: Uncertainty::Clustered }
+    Setup { noise, metric, weighting, uncertainty: Uncertainty::Formula }
 }
 
 /// The first two must be calibrated, the others are printed.

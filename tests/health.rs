@@ -3,15 +3,16 @@
 
 use crate::common::{every_variant, is_product};
 use approx::assert_relative_eq;
-use brdfit::geometry::{Azimuths, Directions, Geometry, Pair, direction};
+use brdfit::geometry::{Azimuths, Directions, Geometry, HalfDifferenceGrid, Pair, direction};
 use brdfit::health::{self, ALBEDO_SLACK, Effort, Integral, Quadrature, directional_albedo};
 use brdfit::math::{GaussLegendre, count};
+use brdfit::measurement::Measurement;
 use brdfit::model::{
     AnyModel, Choices, Expression, LobeValues, ModelEntry, ParamSpec, REGISTRY, Role, Scale, largest_albedo,
 };
 use brdfit::parameters::{ParameterTable, Selector, Setting};
 use brdfit::progress::Quiet;
-use brdfit::synthetic::scattered_directions;
+use brdfit::synthetic::{Noise, measurement, scattered_directions};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
@@ -224,6 +225,105 @@ fn more_light_than_arrives_is_found() {
             assert_relative_eq!(health.channels[0].furnace.value.unwrap(), most, max_relative = 2e-6);
         }
     }
+}
+
+/// The values of a model in `channels` "y" at these directions.
+fn measured(text: &str, set: &[(&str, f64)], directions: Directions) -> Measurement {
+    let expression = Expression::parse(text).unwrap();
+    let settings = set.iter().map(|(name, value)| (Selector::parse(name).unwrap(), Setting::Set(*value)));
+    let settings: Vec<_> = settings.collect();
+    let table = ParameterTable::new(&expression, &["y".to_owned()], Azimuths::Several, &settings).unwrap();
+    measurement(&expression, &table, directions, Noise::default(), 0)
+}
+
+/// A whole MERL table.
+fn merl() -> Directions {
+    let grid = HalfDifferenceGrid::merl_centers();
+    let above = grid.above_horizon().iter().zip(0_u32..).filter(|(above, _)| **above);
+    let cells = above.map(|(_, cell)| cell).collect();
+    Directions::Grid { grid, cells }
+}
+
+/// The kinds of the findings about a measurement, and whether it is sound.
+fn verdict(data: &Measurement) -> (Vec<&'static str>, bool) {
+    let health = health::measurement(data);
+    (health.findings.iter().map(|finding| finding.kind).collect(), health.sound)
+}
+
+/// A white surface reflects all light, 1 exactly. Facets that reflect all light give back at most that, since what is shadowed is lost
+/// (Walter et al. 2007). Whatever the sum over a table's cells is, it does not prove more.
+#[test]
+fn the_sum_over_a_table_is_not_its_albedo() {
+    let facets = "cook-torrance(d=beckmann)";
+    let tables = [
+        ("lambert", vec![("kd", 1.0)]),
+        (facets, vec![("m", 0.0004), ("f0", 1.0)]),
+        (facets, vec![("m", 0.006), ("f0", 1.0)]),
+        (facets, vec![("m", 0.02), ("f0", 1.0)]),
+    ];
+    for (text, set) in tables {
+        let data = measured(text, &set, merl());
+        let health = health::measurement(&data);
+        for albedo in health.channels[0].albedo.as_ref().unwrap() {
+            assert!(albedo.value - albedo.error <= 1.0, "{text} {set:?}: {albedo:?}");
+            // Shadowing takes less than 2 % of the light up to 80 degrees where m is 0.02 or less.
+            assert!(albedo.value + albedo.error >= 0.98, "{text} {set:?}: {albedo:?}");
+            assert!(albedo.unmeasured < 1e-12, "{albedo:?}");
+        }
+        assert!(health.sound, "{text} {set:?}: {:?}", health.findings);
+        assert_eq!(verdict(&data).0, ["unresolved"], "{text} {set:?}");
+        assert!(
+            health.findings[0].text.starts_with("cannot tell whether the albedo"),
+            "{:?}",
+            health.findings
+        );
+    }
+    // What reflects a tenth more than arrives is told as before, and half of the light raises no doubt.
+    assert_eq!(verdict(&measured("lambert", &[("kd", 1.1)], merl())), (vec!["gains-energy"], false));
+    assert_eq!(verdict(&measured("lambert", &[("kd", 0.5)], merl())), (vec![], true));
+}
+
+/// Where only the peak was measured, the mean of what was measured is not the albedo.
+#[test]
+fn directions_without_values_prove_nothing() {
+    let mut data = measured("cook-torrance", &[("m", 0.1), ("f0", 1.0)], merl());
+    let far: Vec<bool> = data.directions.iter().map(|g| g.cos_h() < 20_f64.to_radians().cos()).collect();
+    data.values[0].iter_mut().zip(&far).filter(|(_, far)| **far).for_each(|(f, _)| *f = f64::NAN);
+    let health = health::measurement(&data);
+    let albedo = &health.channels[0].albedo.as_ref().unwrap()[2];
+    assert!(albedo.value > 2.0 && albedo.unmeasured > 0.5, "{albedo:?}");
+    assert!(health.sound, "{:?}", health.findings);
+    assert!(health.findings[0].text.contains("% of the directions have no value"), "{:?}", health.findings);
+    // Light that was measured is enough to prove a violation, whatever is missing.
+    data.values[0].iter_mut().for_each(|f| *f *= 1.5);
+    assert_eq!(verdict(&data), (vec!["gains-energy"], false));
+}
+
+/// The flank of a mirror-like peak, measured both ways to a quarter of a degree. The model is reciprocal; the difference comes from the angles.
+#[test]
+fn directions_that_hardly_agree_do_not_disprove_reciprocity() {
+    let both_ways = |offset: f64| {
+        let angles = (0..21).flat_map(|k| {
+            let theta_o = 27.0 + 0.5 * f64::from(k);
+            [[35.0, 0.0, theta_o, 180.0], [theta_o + offset, 0.0, 35.0, 180.0]]
+        });
+        Directions::from_degrees(angles.collect::<Vec<_>>()).unwrap()
+    };
+    let set = [("m", 0.01), ("f0", 1.0)];
+    let data = measured("cook-torrance", &set, both_ways(0.24));
+    let health = health::measurement(&data);
+    assert!(health.reciprocity.unwrap() > 0.2, "{:?}", health.reciprocity);
+    assert!(
+        health.reciprocity_error.unwrap() >= health.reciprocity.unwrap(),
+        "{:?}",
+        health.reciprocity_error
+    );
+    assert_eq!(verdict(&data), (vec!["unresolved"], true));
+    // With exactly exchanged directions nothing but the values can differ.
+    let mut exact = measured("cook-torrance", &set, both_ways(0.0));
+    assert_eq!(verdict(&exact), (vec![], true));
+    exact.values[0].iter_mut().step_by(2).for_each(|f| *f *= 1.5);
+    assert_eq!(verdict(&exact), (vec!["not-reciprocal"], false));
 }
 
 /// Angles of a facet's normal, radians.

@@ -31,6 +31,7 @@ mod nist;
 mod noise;
 mod oracles;
 mod physics;
+mod profile;
 mod properties;
 mod recovery;
 mod reference;

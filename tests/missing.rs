@@ -3,8 +3,8 @@
 
 use approx::assert_relative_eq;
 use brdfit::fit::{
-    Budget, Fit, LossKind, Metric, Options, ParameterState, SigmaScale, Uncertainty, WarningKind, evaluate,
-    fit, fit_within,
+    Budget, Fit, HoldOut, LossKind, Metric, Options, ParameterState, SigmaScale, Uncertainty, WarningKind,
+    evaluate, fit, fit_within,
 };
 use brdfit::geometry::{Azimuths, Directions};
 use brdfit::measurement::formats::csv;
@@ -191,7 +191,7 @@ fn every_way_of_fitting_takes_gaps() {
         ("huber", plain().with_loss(LossKind::Huber)),
         ("cauchy", plain().with_loss(LossKind::Cauchy).with_metric(Metric::Cbrt)),
         ("bootstrap", plain().with_uncertainty(Uncertainty::BlockBootstrap)),
-        ("hold-out", plain().with_hold_out(0.3)),
+        ("hold-out", plain().with_hold_out(HoldOut::fraction(0.3).unwrap())),
         ("sigma", plain().with_filters(by_sigma.clone())),
         ("sigma up to a factor", plain().with_filters(by_sigma.clone()).with_sigma_scale(SigmaScale::Auto)),
         ("sigma in cbrt", plain().with_filters(by_sigma.clone()).with_metric(Metric::Cbrt)),
@@ -280,17 +280,18 @@ fn a_channel_without_values_is_named() {
     // Four of the seven angles are left to the channel: too few to resample.
     let resampled = Options::default().with_uncertainty(Uncertainty::BlockBootstrap);
     assert!(refused(&resampled).contains("5 angles of incidence in channel g"), "{}", refused(&resampled));
-    // Nearly all angles are left out.
-    let messages: Vec<String> = (0..20)
-        .filter_map(|seed| {
-            let options = Options::default().with_hold_out(0.8).with_seed(seed);
-            fit(&data, &Expression::parse("lambert").unwrap(), &options, &quiet())
-                .err()
-                .map(|e| e.to_string())
-        })
-        .collect();
-    assert!(messages.iter().all(|m| m.contains("hold-out: expected values of channel g")), "{messages:?}");
-    assert!(!messages.is_empty());
+    // Whatever is left out, one of four angles is fitted.
+    let each = Options::default().with_hold_out(HoldOut::Each);
+    assert!(fit(&data, &Expression::parse("lambert").unwrap(), &each, &quiet()).is_ok());
+    // The only angle of the channel is left out once.
+    let others: Vec<bool> =
+        data.directions.iter().map(|g| (g.cos_i().acos().to_degrees() - 45.0).abs() > 1.0).collect();
+    data.values[1].iter_mut().zip(&others).filter(|(_, other)| **other).for_each(|(f, _)| *f = f64::NAN);
+    for options in [each, Options::default().with_hold_out(HoldOut::fraction(0.5).unwrap())] {
+        let found = fit(&data, &Expression::parse("lambert").unwrap(), &options, &quiet());
+        let message = found.unwrap_err().to_string();
+        assert!(message.contains("hold-out: expected values of channel g"), "{message}");
+    }
 }
 
 /// A channel is dead if it has the same value wherever it was measured.

@@ -3,8 +3,10 @@
 #![allow(clippy::print_stdout)]
 
 use crate::common::{Folder, Run, parse};
-use brdfit::fit::{Fit, Metric, Options, Uncertainty, fit};
+use approx::assert_relative_eq;
+use brdfit::fit::{Fit, HoldOut, Metric, Options, Uncertainty, fit};
 use brdfit::geometry::{Azimuths, Directions, Pair, direction};
+use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
 use brdfit::parameters::ParameterTable;
 use brdfit::progress::{Progress, Quiet};
@@ -74,124 +76,256 @@ fn assert_same_at_any_threads(folder: &Folder, line: &str) -> Value {
     report
 }
 
+/// The groups that each fold of a report's held-out errors left out.
+fn folds(held: &Value) -> Vec<Vec<[f64; 2]>> {
+    let pair = |pair: &Value| [0, 1].map(|k| pair[k].as_f64().unwrap());
+    let groups = |fold: &Value| fold["theta_i_deg"].as_array().unwrap().iter().map(pair).collect();
+    held["folds"].as_array().unwrap().iter().map(groups).collect()
+}
+
 #[test]
-fn whole_angles_are_held_out() {
+fn every_angle_is_held_out_once() {
     let folder = laboratory();
     let line = format!("fit paint.csv -m {MODEL} --hold-out 0.3");
     let report = assert_same_at_any_threads(&folder, &line);
-    // 0.3 of 7 angles is 2, of 32 samples each.
     assert_eq!(report["options"]["hold_out"], 0.3);
-    assert_eq!(report["data"]["dropped"], json!({"held-out": 64}));
-    assert_eq!(report["data"]["used"], 160);
-    assert_eq!(report["fit"]["n"], 160);
+    // The fit itself is that to all samples.
+    let plain = folder.brdfit(&format!("fit paint.csv -m {MODEL} --json")).good().json();
+    for field in ["parameters", "errors", "fit", "correlation", "misfit", "data"] {
+        assert_eq!(report[field], plain[field], "{field}");
+    }
+    // The closest to 1/0.3 is three folds, of 7 angles with 32 samples each.
     let held = &report["selection"]["held_out"];
-    assert_eq!(held["samples"], 64);
-    let angles = held["theta_i_deg"].as_array().unwrap();
-    assert_eq!(angles.len(), 2);
-    for pair in angles {
-        assert_eq!(pair[0], pair[1]);
-        assert_eq!(pair[0].as_f64().unwrap() % 10.0, 0.0);
+    assert_eq!(held["samples"], 224);
+    let folds = folds(held);
+    let mut sizes: Vec<usize> = folds.iter().map(Vec::len).collect();
+    sizes.sort_unstable();
+    assert_eq!(sizes, [2, 2, 3]);
+    let mut angles: Vec<[f64; 2]> = folds.into_iter().flatten().collect();
+    angles.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let expected: Vec<[f64; 2]> = (1..8).map(|k| [10.0 * f64::from(k); 2]).collect();
+    assert_eq!(angles, expected);
+    assert_eq!(held["theta_i_deg"], json!(expected));
+    for fold in held["folds"].as_array().unwrap() {
+        let n = fold["theta_i_deg"].as_array().unwrap().len();
+        assert_eq!((&fold["samples"], &fold["converged"]), (&json!(32 * n), &json!(true)));
     }
     // The model is the true one: unseen angles are predicted to the noise, like those that were fitted.
     for metric in ["l2", "log", "cbrt"] {
         let ratio = held[metric].as_f64().unwrap() / report["errors"][metric].as_f64().unwrap();
-        assert!((0.2..5.0).contains(&ratio), "{metric}: {ratio}");
+        assert!((0.95..1.5).contains(&ratio), "{metric}: {ratio}");
     }
+    // Mean and standard deviation over the folds.
+    let of_folds: Vec<f64> = held["folds"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|fold| fold["unbiased_cbrt"].as_f64().unwrap())
+        .collect();
+    let mean = of_folds.iter().sum::<f64>() / 3.0;
+    let variance = of_folds.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 2.0;
+    assert_relative_eq!(held["mean"].as_f64().unwrap(), mean, max_relative = 1e-12);
+    assert_relative_eq!(held["std_dev"].as_f64().unwrap(), variance.sqrt(), max_relative = 1e-9);
 
     // The table has it in one line.
     let table = folder.brdfit(&line).good().stdout;
     let line = table.lines().find(|line| line.starts_with("held out: ")).unwrap();
-    let angles: Vec<String> = angles.iter().map(|pair| pair[0].as_f64().unwrap().to_string()).collect();
     assert!(
-        line.starts_with(&format!("held out: 64 samples at theta_i {} deg: l2 ", angles.join(", "))),
+        line.starts_with("held out: each of 7 angles of incidence once, in 3 folds: unbiased-cbrt ")
+            && line.contains(" +/- ")
+            && line.contains("; all together: l2 "),
         "{line}"
     );
-    assert!(table.contains("160 of 224 samples; left out: 64 held-out"), "{table}");
+    assert!(table.contains("224 of 224 samples\n"), "{table}");
 }
 
 #[test]
-fn the_held_out_errors_are_those_of_the_samples_left_out() {
-    // The file without the angles left out gives the same fit, and evaluating it at those angles alone
-    // gives the same errors.
+fn the_held_out_errors_are_those_of_a_loop_by_hand() {
+    // For each angle, the file without it gives a fit, and evaluating that at the angle alone gives the errors.
     let folder = laboratory();
-    let report = folder.brdfit(&format!("fit paint.csv -m {MODEL} --hold-out 0.3 --json")).good().json();
+    let report = folder.brdfit(&format!("fit paint.csv -m {MODEL} --hold-out each --json")).good().json();
+    assert_eq!(report["options"]["hold_out"], "each");
     let held = &report["selection"]["held_out"];
-    let out: Vec<f64> =
-        held["theta_i_deg"].as_array().unwrap().iter().map(|pair| pair[0].as_f64().unwrap()).collect();
+    assert_eq!(folds(held).len(), 7);
     let text = folder.read("paint.csv");
-    let part = |wanted: bool| {
-        let of_part = text.lines().filter(|line| {
-            let angle: Result<f64, _> = line.split(',').next().unwrap().parse();
-            angle.map_or(true, |a| out.iter().any(|o| (a - o).abs() < 0.01) == wanted)
-        });
-        of_part.map(|line| format!("{line}\n")).collect::<String>()
-    };
-    folder.write("kept.csv", part(false));
-    folder.write("out.csv", part(true));
-    let kept = folder.brdfit(&format!("fit kept.csv -m {MODEL} --json")).good().json();
-    assert_eq!(kept["parameters"], report["parameters"]);
-    assert_eq!(kept["errors"], report["errors"]);
-    let values: Vec<String> = ["kd", "m", "f0"]
-        .iter()
-        .map(|name| {
-            let all = report["parameters"].as_array().unwrap();
-            format!("--set {name}={}", all.iter().find(|p| p["name"] == *name).unwrap()["value"])
-        })
-        .collect();
-    let line = format!("evaluate out.csv -m {MODEL} {} --json", values.join(" "));
-    let evaluated = folder.brdfit(&line).good().json();
-    for metric in ["l2", "log", "cbrt", "unbiased_cbrt", "log_ratio", "relative"] {
-        assert_eq!(held[metric], evaluated["errors"][metric], "{metric}");
+    let (mut squares, mut log_ratios) = (0.0, 0.0);
+    for fold in held["folds"].as_array().unwrap() {
+        let out = fold["theta_i_deg"][0][0].as_f64().unwrap();
+        let part = |wanted: bool| {
+            let of_part = text.lines().filter(|line| {
+                let angle: Result<f64, _> = line.split(',').next().unwrap().parse();
+                angle.map_or(true, |angle| ((angle - out).abs() < 0.01) == wanted)
+            });
+            of_part.map(|line| format!("{line}\n")).collect::<String>()
+        };
+        folder.write("kept.csv", part(false));
+        folder.write("out.csv", part(true));
+        let kept = folder.brdfit(&format!("fit kept.csv -m {MODEL} --json")).good().json();
+        let values: Vec<String> = ["kd", "m", "f0"]
+            .iter()
+            .map(|name| format!("--set {name}={}", parameter(&kept, name)["value"]))
+            .collect();
+        let line = format!("evaluate out.csv -m {MODEL} {} --json", values.join(" "));
+        let evaluated = folder.brdfit(&line).good().json();
+        assert_eq!(evaluated["options"]["hold_out"], Value::Null);
+        assert_eq!(evaluated["selection"]["held_out"], Value::Null);
+        for metric in ["l2", "log", "cbrt", "unbiased_cbrt", "log_ratio", "relative"] {
+            let [fold, by_hand] = [&fold[metric], &evaluated["errors"][metric]].map(|e| e.as_f64().unwrap());
+            assert_relative_eq!(fold, by_hand, max_relative = 1e-12);
+        }
+        squares += evaluated["errors"]["l2"].as_f64().unwrap().powi(2);
+        log_ratios += evaluated["errors"]["log_ratio"].as_f64().unwrap();
     }
-    assert_eq!(evaluated["options"]["hold_out"], Value::Null);
-    assert_eq!(evaluated["selection"]["held_out"], Value::Null);
+    // Every angle has as many samples.
+    assert_relative_eq!(held["l2"].as_f64().unwrap(), (squares / 7.0).sqrt(), max_relative = 1e-12);
+    assert_relative_eq!(held["log_ratio"].as_f64().unwrap(), log_ratios / 7.0, max_relative = 1e-12);
+}
+
+#[test]
+fn the_library_holds_out_what_the_command_does() {
+    let folder = laboratory();
+    let data = Measurement::read(folder.path("paint.csv")).unwrap();
+    let model = Expression::parse("lambert + cook-torrance").unwrap();
+    for (text, hold_out) in [("each", HoldOut::Each), ("0.4", HoldOut::fraction(0.4).unwrap())] {
+        let (fit, report) = Fit::of(&model, &data).hold_out(hold_out).run_with_report().unwrap();
+        let held = fit.held_out.unwrap();
+        let line = format!("fit paint.csv -m {MODEL} --hold-out {text} --json");
+        let written = folder.brdfit(&line).good().json();
+        assert_eq!(written["selection"]["held_out"]["cbrt"], held.errors.cbrt);
+        assert_eq!(written["selection"]["held_out"]["mean"], held.mean(Metric::UnbiasedCbrt).unwrap());
+        // The report is read back as it was written.
+        let json = report.to_json().unwrap();
+        let again: Report = serde_json::from_str(&json).unwrap();
+        assert_eq!(again.to_json().unwrap(), json);
+        assert_eq!(parse(&json)["options"]["hold_out"], written["options"]["hold_out"]);
+    }
+    assert!(HoldOut::fraction(1.0).is_err());
+    let unchecked = Fit::of(&model, &data).hold_out(HoldOut::Fraction(2.0)).run();
+    assert!(unchecked.unwrap_err().to_string().contains("hold-out: expected a fraction above 0"));
 }
 
 #[test]
 fn random_directions_are_held_out_in_ranges() {
     let folder = laboratory();
-    let report =
-        folder.brdfit(&format!("fit random.csv -m {MODEL} --hold-out 0.25 --seed 3 --json")).good().json();
-    let held = &report["selection"]["held_out"];
-    // 16 ranges of 5 degrees up to 80; a quarter of them.
-    let ranges = held["theta_i_deg"].as_array().unwrap();
-    assert_eq!(ranges.len(), 4);
-    assert!(ranges.iter().all(|r| r[1].as_f64().unwrap() - r[0].as_f64().unwrap() == 5.0));
-    assert_eq!(report["data"]["dropped"]["held-out"], held["samples"]);
-    let other =
-        folder.brdfit(&format!("fit random.csv -m {MODEL} --hold-out 0.25 --seed 4 --json")).good().json();
-    assert_ne!(other["selection"]["held_out"]["theta_i_deg"], held["theta_i_deg"]);
+    let held_out = |seed: u32| {
+        let line = format!("fit random.csv -m {MODEL} --hold-out 0.25 --seed {seed} --json");
+        folder.brdfit(&line).good().json()["selection"]["held_out"].clone()
+    };
+    let held = held_out(3);
+    // 16 ranges of 5 degrees up to 80, in four folds. Each fold extends over all of them.
+    let folds_of_3 = folds(&held);
+    assert_eq!(folds_of_3.len(), 4);
+    assert_eq!(held["samples"], 600);
+    for fold in &folds_of_3 {
+        assert_eq!(fold.len(), 4);
+        assert!(fold.iter().all(|[low, high]| high - low == 5.0));
+        assert!(fold.iter().zip([20.0, 40.0, 60.0, 80.0]).all(|([_, high], end)| *high <= end), "{fold:?}");
+    }
+    assert_ne!(folds(&held_out(4)), folds_of_3);
 }
 
 #[test]
 fn models_are_ranked_by_what_they_have_not_seen() {
     let folder = laboratory();
-    let line = format!("fit paint.csv -m lambert -m {MODEL} --metric log --hold-out 0.3");
-    let run = folder.brdfit(&format!("{line} --json"));
-    let several = run.json();
+    // The third has a parameter more than the truth, which can follow nothing but noise.
+    let models = format!("-m lambert -m {MODEL} -m 'oren-nayar + cook-torrance'");
+    let line = format!("fit paint.csv {models} --metric log --hold-out each");
+    let several = folder.brdfit(&format!("{line} --json")).json();
     let ranking = several["ranking"].as_array().unwrap();
-    assert_eq!(ranking[0]["index"], 1);
+    let report =
+        |rank: &Value| several["reports"][usize::try_from(rank["index"].as_u64().unwrap()).unwrap()].clone();
     for rank in ranking {
         assert_eq!(rank["criterion"], "held-out log");
-        let report = &several["reports"][usize::try_from(rank["index"].as_u64().unwrap()).unwrap()];
-        assert_eq!(rank["value"], report["selection"]["held_out"]["log"]);
+        assert_eq!(rank["value"], report(rank)["selection"]["held_out"]["log"]);
+        // All models leave out the same.
+        let held = &report(rank)["selection"]["held_out"];
+        assert_eq!(folds(held), folds(&several["reports"][0]["selection"]["held_out"]));
     }
-    assert!(folder.brdfit(&line).stdout.contains("\nranking by held-out log:"));
-    // Both models leave out the same.
-    let out = |n: usize| &several["reports"][n]["selection"]["held_out"]["theta_i_deg"];
-    assert_eq!(out(0), out(1));
+    // Lambert is clearly worse, the other two differ by noise only.
+    let [first, second, last] = ranking.as_slice() else { panic!("{ranking:?}") };
+    assert_eq!((&last["index"], &last["not_told_apart"]), (&json!(0), &json!([])));
+    assert_eq!(first["not_told_apart"], json!([second["index"]]));
+    assert_eq!(second["not_told_apart"], json!([first["index"]]));
+    let table = folder.brdfit(&line).stdout;
+    assert!(table.contains("\nranking by held-out log:\n  1. "), "{table}");
+    assert!(table.contains("  (not told apart from 2)\n  2. "), "{table}");
+    assert!(table.contains("  (not told apart from 1)\n  3. "), "{table}");
+    assert!(table.trim_end().ends_with("lambert"), "{table}");
+
+    // Without held-out samples nothing is said.
+    let fitted = folder.brdfit(&format!("fit paint.csv {models} --json")).json();
+    assert!(fitted["ranking"].as_array().unwrap().iter().all(|rank| rank["not_told_apart"] == Value::Null));
+    let table = folder.brdfit(&format!("fit paint.csv {models}")).stdout;
+    assert!(!table.contains("told apart"), "{table}");
+}
+
+#[test]
+fn extrapolation_to_an_angle_at_the_edge_is_noted() {
+    let folder = laboratory();
+    // The highlight is in view at the last angle only: nothing else tells how strong and how wide it is.
+    let mut directions = String::from("theta_i,phi_i,theta_o,phi_o\n");
+    for theta_i in (1..8).map(|k| 10 * k) {
+        for theta_o in (10..=70).step_by(5) {
+            for phi_o in if theta_i == 70 { [180, 170, 160] } else { [0, 20, 40] } {
+                directions += &format!("{theta_i},0,{theta_o},{phi_o}\n");
+            }
+        }
+    }
+    folder.write("views.csv", directions);
+    let set = "--set kd=0.3 --set m=0.2 --set f0=0.05 --noise 0.02";
+    folder.brdfit(&format!("synth -m {MODEL} {set} --at views.csv -o edge.csv")).good();
+    let warned = |file: &str| {
+        let report = folder.brdfit(&format!("fit {file} -m {MODEL} --hold-out each --json")).json();
+        let warnings = report["warnings"].as_array().unwrap().clone();
+        let found = warnings.into_iter().find(|w| w["kind"] == "extrapolated");
+        found.map(|warning| warning["text"].as_str().unwrap().to_owned())
+    };
+    let text = warned("edge.csv").unwrap();
+    assert!(text.starts_with("left out of the fit, theta_i 70 deg is predicted with "), "{text}");
+    assert!(text.contains("angles between the edges: 1."), "{text}");
+    // Where every angle has the highlight in view, the true model extrapolates as well as it interpolates.
+    assert_eq!(warned("paint.csv"), None);
+}
+
+#[test]
+fn folds_stop_when_told() {
+    let folder = laboratory();
+    let data = Measurement::read(folder.path("paint.csv")).unwrap();
+    let expression = Expression::parse("lambert + cook-torrance").unwrap();
+    /// Asks for a stop once so many folds are done.
+    struct AfterFolds(StopSignal, &'static str);
+    impl Progress for AfterFolds {
+        fn stage(&self, name: &str) {
+            self.0.fetch_or(name.starts_with(self.1), Ordering::Relaxed);
+        }
+
+        fn iteration(&self, _: u64, _: f64) {}
+    }
+    for begin in ["leaving angles out, 0 of 7", "leaving angles out, 2 of 7"] {
+        let stop = StopSignal::default();
+        let options = Options::default().with_hold_out(HoldOut::Each).with_stop(Arc::clone(&stop));
+        let progress: Arc<dyn Progress> = Arc::new(AfterFolds(stop, begin));
+        let result = fit(&data, &expression, &options, &progress).unwrap();
+        assert!(result.is_usable() && result.held_out.is_none(), "{begin}");
+        let warnings: Vec<&str> = result.warnings.iter().map(|w| w.kind().name()).collect();
+        assert!(warnings.contains(&"hold-out"), "{warnings:?}");
+    }
+    let options = Options::default().with_hold_out(HoldOut::Each);
+    let result = fit(&data, &expression, &options, &(Arc::new(Quiet) as Arc<dyn Progress>)).unwrap();
+    assert_eq!(result.held_out.unwrap().folds.len(), 7);
 }
 
 #[test]
 fn mistakes_in_hold_out_are_named() {
     let folder = laboratory();
-    for wrong in ["0", "1", "-0.5", "2", "NaN", "inf"] {
-        let run = folder.brdfit(&format!("fit paint.csv -m lambert --hold-out {wrong}"));
-        assert_refused(&run, &["--hold-out", "above 0 and below 1", wrong]);
+    for wrong in ["0", "1", "-0.5", "2", "NaN", "inf", "some", "Each"] {
+        let run = folder.brdfit(&format!("fit paint.csv -m lambert --hold-out={wrong}"));
+        assert_refused(&run, &["--hold-out", "above 0 and below 1", "'each'", wrong]);
     }
-    assert_refused(&folder.brdfit("fit paint.csv -m lambert --hold-out some"), &["--hold-out", "'some'"]);
-    let run = folder.brdfit("fit single.csv -m lambert --hold-out 0.5");
-    assert_refused(&run, &["single.csv", "--hold-out", "at least 2 angles of incidence", "found 1"]);
+    for folds in ["0.5", "each"] {
+        let run = folder.brdfit(&format!("fit single.csv -m lambert --hold-out {folds}"));
+        assert_refused(&run, &["single.csv", "--hold-out", "at least 2 angles of incidence", "found 1"]);
+    }
 }
 
 /// The parameter called `name` of a report.
@@ -338,9 +472,6 @@ fn mistakes_in_uncertainty_are_named() {
     });
     let run = folder.brdfit("fit four.csv -m lambert --uncertainty block-bootstrap");
     assert_refused(&run, &["four.csv", "block-bootstrap", "at least 5 angles of incidence", "found 4"]);
-    // Angles held out cannot be drawn: 3 of 7 remain.
-    let run = folder.brdfit("fit paint.csv -m lambert --uncertainty block-bootstrap --hold-out 0.6");
-    assert_refused(&run, &["at least 5 angles of incidence", "found 3"]);
     let run = folder.brdfit("fit paint.csv -m lambert --uncertainty guess");
     assert_refused(&run, &["'guess'", "--uncertainty", "formula", "block-bootstrap"]);
 }

@@ -44,14 +44,21 @@ pub fn fit_to_target(
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
     let target = checked_target(target)?;
+    // Angles are left out of the fit within the budget that is found, not within all that are tried.
+    let tried = Options { hold_out: None, ..options.clone() };
+    let tested = |budget: Budget, found: Fit| match options.hold_out {
+        None => Ok(found),
+        Some(_) => fit_within(budget, measurement, expression, options, progress),
+    };
     let mut last = None;
     for budget in Budget::ALL {
-        let found = fit_within(budget, measurement, expression, options, progress)?;
+        let found = fit_within(budget, measurement, expression, &tried, progress)?;
         if error_on_all(&found, options.metric) <= target && found.unusable.is_none() {
-            return Ok(found);
+            return tested(budget, found);
         }
-        last = Some(found);
+        last = Some((budget, found));
     }
+    let last = last.map(|(budget, found)| tested(budget, found)).transpose()?;
     let mut last = last.ok_or_else(|| Error::invalid(OptionName::TargetError, "a budget", "none"))?;
     let reached = error_on_all(&last, options.metric);
     last.warnings.push(Warning::TargetMissed { metric: options.metric, reached, target });

@@ -14,7 +14,7 @@ mod verdict;
 pub use budget::checked_target;
 pub use budget::{fit_to_target, fit_within};
 pub(crate) use image::fit_image;
-pub use options::{Budget, Options, ScaleError, SigmaScale, Uncertainty};
+pub use options::{Budget, HoldOut, Options, ScaleError, SigmaScale, Uncertainty};
 pub use problem::loss::LossKind;
 #[doc(hidden)]
 pub use problem::loss::{LOSS_SCALES, Objective};
@@ -22,6 +22,7 @@ pub use problem::metric::Metric;
 pub(crate) use problem::pixels::{Shown, Target};
 #[doc(hidden)]
 pub use problem::reflectance::ReflectanceProblem;
+pub(crate) use run::held_out;
 pub use run::{evaluate, fit};
 pub use search::best_start::Start;
 pub use verdict::bootstrap::Resampled;
@@ -30,9 +31,7 @@ pub use verdict::covariance::{Covariance, Grouping, Method};
 pub use verdict::errors::score;
 pub use verdict::errors::{ErrorTable, Errors};
 pub use verdict::fitted_parameter::{FittedParameter, NoStandardError, ParameterState};
-pub use verdict::hold_out::HeldOut;
-#[doc(hidden)]
-pub use verdict::hold_out::checked_fraction;
+pub use verdict::hold_out::{Fold, HeldOut};
 pub use verdict::misfit::{Misfit, NoiseSource, Worst};
 pub use verdict::profile::{OpenEnd, ProfiledInterval};
 pub use verdict::result::{Fit, Selection};

@@ -2,11 +2,12 @@
 
 use super::problem::loss::{LOSS_SCALES, LossKind};
 use super::problem::metric::Metric;
-use crate::error::{Error, OptionName};
+use crate::error::{Error, OptionName, short};
 use crate::measurement::{Filters, checked_max_theta};
 use crate::parameters::Settings;
 use crate::solver::{Limits, Observer, SolverKind, StopSignal};
 use std::fmt;
+use std::str::FromStr;
 use std::time::Instant;
 
 /// Options of a fit. The defaults are those of the command line; each `with_` method changes one of them.
@@ -32,9 +33,8 @@ pub struct Options {
     pub settings: Settings,
     /// The seed of all random draws.
     pub seed: u64,
-    /// The fraction of the angles of incidence that is left out of the fit and used to test it; `None` to fit all
-    /// samples.
-    pub hold_out: Option<f64>,
+    /// Which angles of incidence are left out at a time, to test the model on them; `None` to test it on none.
+    pub hold_out: Option<HoldOut>,
     /// Where standard errors come from.
     pub uncertainty: Uncertainty,
     /// What standard deviations mean, where they are the weights.
@@ -89,11 +89,11 @@ impl Options {
         Self { seed, ..self }
     }
 
-    /// Leaves this fraction of the angles of incidence out of the fit and reports the errors on them. It must be more
-    /// than 0 and less than 1; 0.2 is common. By default all angles are fitted.
+    /// Fits the model again without some of the angles of incidence, until each has been left out once, and reports the
+    /// errors on what was left out. By default there are no such fits.
     #[must_use]
-    pub fn with_hold_out(self, fraction: f64) -> Self {
-        Self { hold_out: Some(fraction), ..self }
+    pub fn with_hold_out(self, hold_out: HoldOut) -> Self {
+        Self { hold_out: Some(hold_out), ..self }
     }
 
     /// Takes standard errors from this source; [`Uncertainty::Clustered`] by default.
@@ -144,6 +144,9 @@ impl Options {
     /// [`Error::Invalid`] naming the option that is out of range.
     pub(crate) fn check(&self) -> Result<(), Error> {
         checked_max_theta(self.filters.max_theta_deg)?;
+        if let Some(HoldOut::Fraction(fraction)) = self.hold_out {
+            HoldOut::fraction(fraction)?;
+        }
         match self.loss_scale {
             Some(scale) if !LOSS_SCALES.contains(&scale) => {
                 Err(Error::invalid(OptionName::LossScale, "1e-100 to 1e100", scale.to_string()))
@@ -178,6 +181,65 @@ impl Default for Options {
         }
     }
 }
+
+/// Which angles of incidence are left out at a time, to test a model on them. Each is left out exactly once.
+///
+/// ```
+/// use brdfit::HoldOut;
+///
+/// assert_eq!("each".parse::<HoldOut>()?, HoldOut::Each);
+/// assert_eq!("0.2".parse::<HoldOut>()?, HoldOut::fraction(0.2)?);
+/// # Ok::<(), brdfit::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum HoldOut {
+    /// This fraction of them, above 0 and below 1: 0.2 makes five folds.
+    Fraction(f64),
+    /// A single one.
+    Each,
+}
+
+impl HoldOut {
+    /// A fraction of the angles at a time.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] unless it is above 0 and below 1.
+    pub fn fraction(fraction: f64) -> Result<Self, Error> {
+        if fraction > 0.0 && fraction < 1.0 {
+            return Ok(Self::Fraction(fraction));
+        }
+        Err(Self::invalid(&fraction.to_string()))
+    }
+
+    fn invalid(found: &str) -> Error {
+        Error::invalid(OptionName::HoldOut, "a fraction above 0 and below 1, or 'each'", short(found))
+    }
+}
+
+impl FromStr for HoldOut {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        match text.parse() {
+            _ if text == EACH => Ok(Self::Each),
+            Ok(fraction) => Self::fraction(fraction).map_err(|_| Self::invalid(text)),
+            Err(_) => Err(Self::invalid(text)),
+        }
+    }
+}
+
+impl fmt::Display for HoldOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fraction(fraction) => fraction.fmt(f),
+            Self::Each => f.write_str(EACH),
+        }
+    }
+}
+
+/// The word for one angle at a time, on the command line and in reports.
+const EACH: &str = "each";
 
 /// Where standard errors come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,6 +1,6 @@
 //! A whole fit: select the samples, search for a start, polish, and judge the result.
 
-use super::options::{Options, Uncertainty};
+use super::options::{HoldOut, Options, Uncertainty};
 use super::problem::loss::Objective;
 use super::problem::observed::Observed;
 use super::problem::reflectance::ReflectanceProblem;
@@ -8,21 +8,24 @@ use super::search::absent_lobes::minimise_escaping_absent_lobes;
 use super::search::best_start::SearchOutcome;
 use super::task::Task;
 use super::verdict::bootstrap;
-use super::verdict::hold_out;
+use super::verdict::hold_out::{Folds, HeldOut, Judged, put_together};
 use super::verdict::result::Fit;
 use super::verdict::warning::Warning;
 use crate::error::Error;
 use crate::measurement::{Measurement, Samples, Weighting, dead_channel_doubts};
 use crate::model::{Expression, Role};
 use crate::parameters::{ParameterTable, Status, written_inside};
-use crate::progress::Progress;
+use crate::progress::{Progress, Quiet};
 use crate::solver::in_parts::InParts;
 use crate::solver::remembered::Remembered;
 use crate::solver::{
-    LeastSquares, Limits, Observer, Solution, SolverKind, Tolerances, minimise, minimise_with,
+    LeastSquares, Limits, Observer, Solution, SolverKind, Termination, Tolerances, minimise, minimise_with,
 };
 use nalgebra::DVector;
+use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 /// Tolerances of the final fit. A predicted decrease of 1e-12 of the cost moves the parameters by about 1e-6 sqrt(n)
 /// standard errors.
@@ -40,18 +43,13 @@ pub fn fit(
     options: &Options,
     progress: &Arc<dyn Progress>,
 ) -> Result<Fit, Error> {
-    // Select the samples to fit, those that are held out, and the groups to resample from.
+    // Select the samples to fit, and the groups to leave out and to resample from.
     let (expression, options) = &constrained(measurement, expression, options)?;
     let (samples, mut table) = prepare(measurement, expression, options)?;
     let dead = dead_channel_doubts(table.channels(), &samples.values, &samples.dead);
     table.set_apart(&samples.dead);
-    let (samples, held_out) = match options.hold_out {
-        None => (samples.with_predictions(), None),
-        Some(fraction) => {
-            let (fitted, held_out) = hold_out::split(&samples, fraction, options.seed, measurement)?;
-            (fitted, Some(held_out))
-        }
-    };
+    let folds = folds(&samples, options, measurement)?;
+    let samples = samples.with_predictions();
     let groups = match options.uncertainty {
         Uncertainty::Clustered | Uncertainty::Formula | Uncertainty::Profile => None,
         Uncertainty::BlockBootstrap => Some(bootstrap::groups(&samples, measurement)?),
@@ -59,22 +57,7 @@ pub fn fit(
     let with_sigma = unused_sigma(measurement, &samples, options);
     let task = Task { with_sigma: with_sigma.as_ref(), ..Task::new(expression, &samples, options) };
 
-    // Search for the best start, which is already close to the minimum. The search leaves its best values in the
-    // table, and their `initial` says where they started.
-    progress.stage("searching");
-    let (mut table, found) = task.search_with_smaller_sums(table)?;
-
-    // Minimise on all samples, set amplitudes without effect to 0, and put lobes in order.
-    progress.stage("fitting");
-    let observed = task.observe(&samples);
-    let mut problem = task.problem(&observed, table.clone(), found.objective);
-    let mut solution = task.minimise_on_all(&problem, progress)?;
-    task.tidy(&problem, &mut table, &mut solution);
-    if table.drop_absent_lobes() {
-        problem = task.problem(&observed, table.clone(), found.objective);
-        move_to(&mut solution, &problem, &table);
-    }
-    task.fit_dead_channels(&mut table, found.objective)?;
+    let Minimum { problem, table, solution, found } = task.minimum(table, progress)?;
 
     // Find how far the parameters move when the angles of incidence are resampled.
     let (resampled, cut_short) = match &groups {
@@ -90,12 +73,146 @@ pub fn fit(
         fit.profiled = task.profiled(&fit, objective, progress)?;
     }
     fit.warnings.extend(cut_short);
-    fit.held_out = held_out.map(|held_out| held_out.judge(expression, &fit.table));
     fit.warnings.splice(0..0, doubts(measurement).chain(dead.into_iter().map(Warning::Data)));
+
+    // Leave angles out in turn, and test the model on them.
+    if let Some(folds) = folds {
+        let (held_out, warning) =
+            Testing { task: &task, measurement, folds: &folds, fitted_to_all: Some(&fit.table) }
+                .held_out(progress)?;
+        fit.held_out = held_out;
+        fit.warnings.extend(warning);
+    }
     Ok(fit)
 }
 
+/// Only the errors of [`fit`] on what is left out, as `options` say; `None` if they leave nothing out, or if not all of its fits were
+/// finished.
+///
+/// # Errors
+/// Like [`fit`].
+pub(crate) fn held_out(
+    measurement: &Measurement,
+    expression: &Expression,
+    options: &Options,
+    progress: &Arc<dyn Progress>,
+) -> Result<Option<HeldOut>, Error> {
+    let (expression, options) = &constrained(measurement, expression, options)?;
+    let (samples, _) = prepare(measurement, expression, options)?;
+    let Some(folds) = folds(&samples, options, measurement)? else { return Ok(None) };
+    let task = Task::new(expression, &samples, options);
+    let testing = Testing { task: &task, measurement, folds: &folds, fitted_to_all: None };
+    Ok(testing.held_out(progress)?.0)
+}
+
+/// The folds that `options` ask for; `None` if they leave nothing out.
+fn folds(samples: &Samples, options: &Options, measurement: &Measurement) -> Result<Option<Folds>, Error> {
+    let folds = |hold_out: HoldOut| Folds::new(samples, hold_out, options.seed, measurement);
+    options.hold_out.map(folds).transpose()
+}
+
+/// The fits without some of the angles.
+struct Testing<'a> {
+    /// The fit to all samples.
+    task: &'a Task<'a>,
+    measurement: &'a Measurement,
+    folds: &'a Folds,
+    /// Its values; `None` if they are not to be compared.
+    fitted_to_all: Option<&'a ParameterTable>,
+}
+
+/// Largest number of samples with which several folds are fitted at once. With more samples each fit divides its samples among the
+/// threads, so that only one copy of them is needed.
+const SMALL: usize = 50_000;
+
+impl Testing<'_> {
+    /// Fits without each fold, and tests the model on the fold. If not all fits are finished, there is a warning in place of the
+    /// result, which could not be compared with that of another model.
+    fn held_out(&self, progress: &Arc<dyn Progress>) -> Result<(Option<HeldOut>, Option<Warning>), Error> {
+        let planned = self.folds.len;
+        let finished = AtomicUsize::new(0);
+        let tell =
+            |done: usize| progress.stage(&format!("leaving angles out, {done} of {planned} folds done"));
+        tell(0);
+        let one = |fold: usize| {
+            let judged = self.fold(fold)?;
+            if judged.is_some() {
+                tell(finished.fetch_add(1, Ordering::Relaxed) + 1);
+            }
+            Ok(judged)
+        };
+        // Each fit is the same whatever runs beside it.
+        let judged: Result<Vec<Option<Judged>>, Error> = if self.task.samples.len() <= SMALL {
+            (0..planned).into_par_iter().map(one).collect()
+        } else {
+            (0..planned).map(one).collect()
+        };
+        let judged: Vec<Judged> = judged?.into_iter().flatten().collect();
+        if judged.len() < planned {
+            let warning = Warning::HoldOutCutShort { finished: judged.len(), planned };
+            return Ok((None, Some(warning)));
+        }
+        let (held_out, warning) = put_together(judged, self.task.options.metric);
+        Ok((Some(held_out), warning))
+    }
+
+    /// Fits without a fold, from the search on, and tests the model on the fold; `None` if the fit was stopped.
+    fn fold(&self, fold: usize) -> Result<Option<Judged>, Error> {
+        let Self { task, measurement, folds, fitted_to_all } = self;
+        if task.is_told_to_stop() {
+            return Ok(None);
+        }
+        let division = folds.divide(task.samples, fold);
+        let mut table = initial(measurement, task.expression, &division.kept, task.options)?;
+        table.set_apart(&division.kept.dead);
+        let fit = Task::new(task.expression, &division.kept, task.options);
+        let quiet: Arc<dyn Progress> = Arc::new(Quiet);
+        let Minimum { table, solution, .. } = fit.minimum(table, &quiet)?;
+        if [Termination::Interrupted, Termination::Timeout].contains(&solution.termination) {
+            return Ok(None);
+        }
+        let converged = solution.termination.converged();
+        Ok(Some(folds.judge(&division, task.expression, &table, converged, *fitted_to_all)))
+    }
+}
+
+/// Where a fit ended.
+struct Minimum<'t> {
+    problem: ReflectanceProblem<'t>,
+    table: ParameterTable,
+    solution: Solution,
+    found: SearchOutcome,
+}
+
 impl Task<'_> {
+    /// Searches from the values in `table`, and minimises on all samples.
+    fn minimum(&self, table: ParameterTable, progress: &Arc<dyn Progress>) -> Result<Minimum<'_>, Error> {
+        // Search for the best start, which is already close to the minimum. The search leaves its best values in the
+        // table, and their `initial` says where they started.
+        progress.stage("searching");
+        let (mut table, found) = self.search_with_smaller_sums(table)?;
+
+        // Minimise on all samples, set amplitudes without effect to 0, and put lobes in order.
+        progress.stage("fitting");
+        let observed = self.observe(self.samples);
+        let mut problem = self.problem(&observed, table.clone(), found.objective);
+        let mut solution = self.minimise_on_all(&problem, progress)?;
+        self.tidy(&problem, &mut table, &mut solution);
+        if table.drop_absent_lobes() {
+            problem = self.problem(&observed, table.clone(), found.objective);
+            move_to(&mut solution, &problem, &table);
+        }
+        self.fit_dead_channels(&mut table, found.objective)?;
+        Ok(Minimum { problem, table, solution, found })
+    }
+
+    /// Whether a fit should not begin, because it would be stopped.
+    fn is_told_to_stop(&self) -> bool {
+        let limits = self.limits(0, None);
+        let told = limits.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        told || limits.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
     /// Minimises on all samples from the values in the problem's table.
     fn minimise_on_all(
         &self,
@@ -182,9 +299,19 @@ fn prepare(
 ) -> Result<(Samples, ParameterTable), Error> {
     options.check()?;
     let samples = Samples::select_without_predictions(measurement, &options.filters)?;
-    let names = measurement.channel_names();
-    let table = ParameterTable::new(expression, &names, samples.directions.azimuths(), &options.settings)?;
+    let table = initial(measurement, expression, &samples, options)?;
     Ok((samples, table))
+}
+
+/// The parameters of a fit to these samples, according to the options.
+fn initial(
+    measurement: &Measurement,
+    expression: &Expression,
+    samples: &Samples,
+    options: &Options,
+) -> Result<ParameterTable, Error> {
+    let azimuths = samples.directions.azimuths();
+    ParameterTable::new(expression, &measurement.channel_names(), azimuths, &options.settings)
 }
 
 /// The samples with the standard deviations of the file; `None` if it gives none, or if the fit uses them.

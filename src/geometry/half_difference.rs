@@ -33,6 +33,10 @@ impl HalfDifferenceGrid {
     /// Number of cells.
     pub const CELLS: usize = Self::DIMENSIONS[0] * Self::DIMENSIONS[1] * Self::DIMENSIONS[2];
 
+    /// What turns [`weight`](Self::weight) into dwi dwo of a cell, all azimuths of the half vector together.
+    pub(crate) const MEASURE: f64 =
+        4.0 * (FRAC_PI_2 / 8100.0) * (FRAC_PI_2 / 90.0) * (PI / 180.0) * (2.0 * PI);
+
     /// Creates a grid whose values stand for bin centres (`offset` 0.5) or lower bin edges (`offset` 0).
     ///
     /// In both cases the weights are those of the bins at their centres.

@@ -1,6 +1,6 @@
 //! Checks that a measurement obeys physics.
 
-use super::{Finding, SCHEMA};
+use super::{ALBEDO_SLACK, Finding, SCHEMA, mismatch};
 use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::math::count;
 use crate::measurement::{Measurement, coverage};
@@ -40,6 +40,8 @@ pub struct MeasurementHealth {
     pub sound: bool,
     /// Relative root mean square difference of pairs measured both ways, over all channels; null if there are no such pairs.
     pub reciprocity: Option<f64>,
+    /// The part of that difference that may come from directions that agree to half a degree only; null if there are no such pairs.
+    pub reciprocity_error: Option<f64>,
     /// Number of those pairs.
     pub reciprocity_pairs: usize,
     /// Results per channel.
@@ -77,8 +79,11 @@ pub struct MeasuredAlbedo {
     pub theta_i_deg: [f64; 2],
     /// The mean albedo over this range.
     pub value: f64,
-    /// Difference between the albedos of two halves of the table: its even and its odd rows.
+    /// Error of integrating over the table's cells, which may be too coarse for a narrow peak: the largest difference that taking every
+    /// other row along the three axes makes, and by how much the cells of the range miss or exceed its solid angle.
     pub error: f64,
+    /// Share of the directions, by solid angle and cosine, that have no value. The albedo takes them to be like the others.
+    pub unmeasured: f64,
 }
 
 /// Checks a measurement.
@@ -96,7 +101,8 @@ pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
         });
     }
     let (reciprocity, reciprocity_pairs) = coverage.reciprocity.unzip();
-    let findings = findings(&channels, reciprocity);
+    let reciprocity_error = mismatch::explained(measurement);
+    let findings = findings(&channels, reciprocity, reciprocity_error.unwrap_or(0.0));
     MeasurementHealth {
         schema: SCHEMA,
         version: env!("CARGO_PKG_VERSION"),
@@ -107,6 +113,7 @@ pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
         samples: measurement.directions.len(),
         sound: findings.iter().all(|finding| !finding.breaks),
         reciprocity,
+        reciprocity_error,
         reciprocity_pairs: reciprocity_pairs.unwrap_or(0),
         channels,
         findings,
@@ -131,51 +138,89 @@ fn negative(row: &[f64], sigma: Option<&[f64]>) -> Negative {
     }
 }
 
+/// The sums over the cells of one of eight interlaced parts of a table: every other row along each of its three axes.
+#[derive(Clone, Copy, Default)]
+struct Part {
+    /// Of the weights.
+    weight: f64,
+    /// Of the weighted values.
+    value: f64,
+}
+
+impl Part {
+    /// Pi times the mean value.
+    fn albedo(&self) -> f64 {
+        std::f64::consts::PI * self.value / self.weight
+    }
+}
+
+/// Number of those parts.
+const PARTS: usize = 8;
+
+/// Where a cell belongs, twice, because it represents a pair of directions and the pair with light and viewer exchanged: the range of
+/// incidence, the part, and the weight by solid angles and the cosine of viewing.
+fn places(grid: &HalfDifferenceGrid, cell: u32) -> impl Iterator<Item = (usize, usize, f64)> {
+    let g = grid.geometry(cell);
+    let (theta_h, theta_d, phi_d) = HalfDifferenceGrid::indices(cell);
+    let part = 4 * (theta_h % 2) + 2 * (theta_d % 2) + phi_d % 2;
+    let weight = grid.weight(cell);
+    [(g.cos_i(), g.cos_o()), (g.cos_o(), g.cos_i())].into_iter().filter_map(move |(light, view)| {
+        let range = (0..RANGES).position(|k| cos_of_range(k + 1) < light)?;
+        (view > 0.0).then_some((range, part, weight * view))
+    })
+}
+
+/// The cosine of the angle of incidence at which a range begins.
+fn cos_of_range(range: u8) -> f64 {
+    (RANGE_DEG * f64::from(range)).to_radians().cos()
+}
+
 /// Albedos by channel and range of incidence: pi times the mean of f over outgoing directions, weighted by solid angle
 /// and cosine. `None` if the solid angles of the samples are unknown.
 fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
     let Directions::Grid { grid, cells } = &measurement.directions else { return None };
-    /// Sums of weights and of weighted values over the rows of the table with even theta_h index, and over the odd ones.
-    type Sums = [(f64, f64); 2];
     let ranges = usize::from(RANGES);
-    let mut sums: Vec<Vec<Sums>> = vec![vec![Sums::default(); ranges]; measurement.values.len()];
-    let limits: Vec<f64> = (1..=RANGES).map(|k| (RANGE_DEG * f64::from(k)).to_radians().cos()).collect();
+    let mut sums = vec![vec![[Part::default(); PARTS]; ranges]; measurement.values.len()];
     for (index, &cell) in cells.iter().enumerate() {
-        let g = grid.geometry(cell);
-        let (theta_h, ..) = HalfDifferenceGrid::indices(cell);
-        let half = theta_h % 2;
-        // A cell represents a pair of directions and the pair with light and viewer exchanged.
-        for (light, view) in [(g.cos_i(), g.cos_o()), (g.cos_o(), g.cos_i())] {
-            let range = limits.partition_point(|limit| *limit > light);
-            if view <= 0.0 || range >= ranges {
-                continue;
-            }
-            let weight = grid.weight(cell) * view;
-            for (sums, row) in
-                sums.iter_mut().zip(&measurement.values).filter(|(_, row)| !row[index].is_nan())
-            {
-                let sum = &mut sums[range][half];
-                sum.0 += weight;
-                sum.1 += weight * row[index];
+        for (range, part, weight) in places(grid, cell) {
+            let measured = sums.iter_mut().zip(&measurement.values).filter(|(_, row)| !row[index].is_nan());
+            for (sums, row) in measured {
+                let sum = &mut sums[range][part];
+                sum.weight += weight;
+                sum.value += weight * row[index];
             }
         }
     }
-    let albedo = |(weight, value): (f64, f64)| std::f64::consts::PI * value / weight;
-    let of_channel = |sums: Vec<Sums>| {
-        let ranges = sums.into_iter().zip(0..RANGES);
-        ranges
-            .filter(|([even, odd], _)| even.0 > 0.0 && odd.0 > 0.0)
-            .map(|([even, odd], k)| MeasuredAlbedo {
-                theta_i_deg: [RANGE_DEG * f64::from(k), RANGE_DEG * f64::from(k + 1)],
-                value: albedo((even.0 + odd.0, even.1 + odd.1)),
-                error: (albedo(even) - albedo(odd)).abs(),
-            })
-            .collect()
+    // What the weights add up to if every cell has a value, and what they should add up to.
+    let mut whole = vec![0.0; ranges];
+    for cell in (0..HalfDifferenceGrid::CELLS).filter_map(|cell| u32::try_from(cell).ok()) {
+        places(grid, cell).for_each(|(range, _, weight)| whole[range] += weight);
+    }
+    let exact = |k: u8| {
+        let solid_angle = std::f64::consts::TAU * (cos_of_range(k) - cos_of_range(k + 1));
+        solid_angle * std::f64::consts::PI / HalfDifferenceGrid::MEASURE
     };
+    let of_range = |((parts, whole), k): (([Part; PARTS], &f64), u8)| {
+        let known: Vec<Part> = parts.into_iter().filter(|part| part.weight > 0.0).collect();
+        let weight: f64 = known.iter().map(|part| part.weight).sum();
+        let all = Part { weight, value: known.iter().map(|part| part.value).sum() };
+        let value = all.albedo();
+        // A sum over cells is not the integral: an eighth of the cells gives another sum, and the cells of a range do not fill it.
+        let between = known.iter().map(|part| (part.albedo() - value).abs()).fold(0.0, f64::max);
+        let fill = value.abs() * (whole / exact(k) - 1.0).abs();
+        (known.len() > 1).then_some(MeasuredAlbedo {
+            theta_i_deg: [RANGE_DEG * f64::from(k), RANGE_DEG * f64::from(k + 1)],
+            value,
+            error: between + fill,
+            unmeasured: (1.0 - weight / whole).max(0.0),
+        })
+    };
+    let of_channel =
+        |sums: Vec<[Part; PARTS]>| sums.into_iter().zip(&whole).zip(0..RANGES).filter_map(of_range).collect();
     Some(sums.into_iter().map(of_channel).collect())
 }
 
-fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>) -> Vec<Finding> {
+fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>, explained: f64) -> Vec<Finding> {
     let mut findings = Vec::new();
     for channel in channels {
         let mut add = |kind, breaks, text| {
@@ -201,29 +246,64 @@ fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>) -> Vec<Findi
                 ),
             );
         }
-        let most = channel
-            .albedo
-            .iter()
-            .flatten()
-            .max_by(|a, b| (a.value - a.error).total_cmp(&(b.value - b.error)));
-        if let Some(MeasuredAlbedo { theta_i_deg: [low, high], value, error }) = most {
-            let text = format!(
-                "the albedo for theta_i from {low} to {high} deg is {value:.4} +/- {error:.1e}, above 1"
-            );
-            if value - error > 1.0 {
-                add("gains-energy", true, text);
-            } else if *value > 1.0 {
-                add("gains-energy", false, text + " but within the error");
-            }
-        }
+        add_energy(channel.albedo.as_deref().unwrap_or_default(), add);
     }
     if let Some(difference) = reciprocity.filter(|difference| *difference > RECIPROCITY_WARNING) {
-        findings.push(Finding {
-            kind: "not-reciprocal",
-            breaks: difference > RECIPROCITY_LIMIT,
-            channel: None,
-            text: format!("pairs of directions measured both ways differ by {:.1} % rms", 100.0 * difference),
-        });
+        let [percent, may_be] = [difference, explained].map(|share| 100.0 * share);
+        let differ = format!("pairs of directions measured both ways differ by {percent:.1} % rms");
+        // Only what the directions do not explain is the measurement's.
+        let own = difference - explained;
+        let (kind, breaks, text) = if own > RECIPROCITY_WARNING {
+            let but = if own > RECIPROCITY_LIMIT || difference <= RECIPROCITY_LIMIT || explained == 0.0 {
+                String::new()
+            } else {
+                format!(
+                    ", of which up to {may_be:.1} % may come from directions that agree to half a degree only"
+                )
+            };
+            ("not-reciprocal", own > RECIPROCITY_LIMIT, differ + &but)
+        } else {
+            let text = format!(
+                "cannot tell whether light and viewer may be exchanged: {differ}, but their directions agree to half a degree only, \
+                 within which f changes by {may_be:.1} %"
+            );
+            ("unresolved", false, text)
+        };
+        findings.push(Finding { kind, breaks, channel: None, text });
     }
     findings
 }
+
+/// Adds what the albedos of a channel say about energy.
+fn add_energy(albedos: &[MeasuredAlbedo], mut add: impl FnMut(&'static str, bool, String)) {
+    // Light that was not measured may be missing, and no more is known about it.
+    let at_least = |a: &MeasuredAlbedo| a.value * (1.0 - a.unmeasured) - a.error;
+    let perhaps = |a: &MeasuredAlbedo| a.value + a.error;
+    let most = |key: &dyn Fn(&MeasuredAlbedo) -> f64| {
+        let largest = albedos.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
+        largest.filter(|largest| key(largest) > 1.0 + ALBEDO_SLACK)
+    };
+    let in_words = |a: &MeasuredAlbedo| {
+        let MeasuredAlbedo { theta_i_deg: [low, high], value, error, unmeasured } = a;
+        let range = format!("the albedo for theta_i from {low} to {high} deg");
+        let gaps = if *unmeasured > NOTEWORTHY_GAP {
+            format!(", and {:.1} % of the directions have no value", 100.0 * unmeasured)
+        } else {
+            String::new()
+        };
+        (range, format!("{value:.4} +/- {error:.1e}"), gaps)
+    };
+    if let Some(most) = most(&at_least) {
+        let (range, value, gaps) = in_words(most);
+        add("gains-energy", true, format!("{range} is {value}, above 1{gaps}"));
+    } else if let Some(most) = most(&perhaps) {
+        let (range, value, gaps) = in_words(most);
+        let text = format!(
+            "cannot tell whether {range} is above 1: the sum over the table's cells is {value}, where the error is that of the sum{gaps}"
+        );
+        add("unresolved", false, text);
+    }
+}
+
+/// Share of directions without values from which on they are mentioned.
+const NOTEWORTHY_GAP: f64 = 1e-3;

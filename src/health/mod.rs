@@ -10,6 +10,7 @@
 mod angles;
 mod effort;
 mod measured;
+mod mismatch;
 mod numerics;
 mod physics;
 mod quadrature;
@@ -181,15 +182,24 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
             let at = written(&channel.least.at_deg);
             add("negative", true, format!("f is negative: {:.4e} 1/sr at {at} deg", channel.least.value));
         }
-        if let (Some(value), Some(error)) = (channel.furnace.value, channel.furnace.error) {
-            let theta = written(&[channel.furnace.theta_i_deg]);
-            if value - error > 1.0 + ALBEDO_SLACK {
+        // What is largest need not be what is known best.
+        let known = channel.albedo.iter().map(|a| Some((a.theta_i_deg, a.value?, a.error?)));
+        if let Some(known) = known.collect::<Option<Vec<(f64, f64, f64)>>>().filter(|known| !known.is_empty())
+        {
+            let most = |key: fn(&(f64, f64, f64)) -> f64| {
+                known.iter().max_by(|a, b| key(a).total_cmp(&key(b))).filter(|a| key(a) > 1.0 + ALBEDO_SLACK)
+            };
+            if let Some((theta, value, error)) = most(|(_, value, error)| value - error) {
+                let theta = written(&[*theta]);
                 add(
                     "gains-energy",
                     true,
                     format!("the albedo at theta_i = {theta} deg is {value:.6} +/- {error:.1e}, above 1"),
                 );
-            } else if value + error > 1.0 + ALBEDO_SLACK && error > ALBEDO_SLACK {
+            } else if let Some((theta, value, error)) =
+                most(|(_, value, error)| value + error).filter(|(.., error)| *error > ALBEDO_SLACK)
+            {
+                let theta = written(&[*theta]);
                 add(
                     "unresolved",
                     false,

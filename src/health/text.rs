@@ -116,12 +116,18 @@ fn write_measurement(text: &mut Lines, health: &MeasurementHealth) -> std::fmt::
     let (path, format, samples) = (&health.path, &health.format, health.samples);
     writeln!(text.as_a(Role::Title), "{path} ({format}), {samples} samples")?;
     match health.reciprocity {
-        Some(rms) => writeln!(
-            text,
-            "reciprocity  {:.2} % rms over {} pairs measured both ways",
-            100.0 * rms,
-            health.reciprocity_pairs
-        )?,
+        Some(rms) => {
+            let explained = health.reciprocity_error.filter(|explained| *explained > 0.0);
+            let explained = explained.map_or_else(String::new, |explained| {
+                format!("; up to {:.2} % by directions that agree to half a degree only", 100.0 * explained)
+            });
+            writeln!(
+                text,
+                "reciprocity  {:.2} % rms over {} pairs measured both ways{explained}",
+                100.0 * rms,
+                health.reciprocity_pairs
+            )?;
+        }
         None if health.format == "merl" => writeln!(text, "reciprocity  assumed by the table")?,
         None => writeln!(text, "reciprocity  no pair of directions was measured both ways")?,
     }
@@ -138,7 +144,12 @@ fn write_measurement(text: &mut Lines, health: &MeasurementHealth) -> std::fmt::
             || "unknown: the samples have no known solid angles".to_owned(),
             |a| {
                 let [low, high] = a.theta_i_deg;
-                format!("{:.4} +/- {:.1e}, at theta_i from {low} to {high} deg", a.value, a.error)
+                let gaps = if a.unmeasured >= 5e-4 {
+                    format!(", {:.1} % of it not measured", 100.0 * a.unmeasured)
+                } else {
+                    String::new()
+                };
+                format!("{:.4} +/- {:.1e}, at theta_i from {low} to {high} deg{gaps}", a.value, a.error)
             },
         );
         let numbers = [format!("{:.6}", n.least), n.values.to_string(), n.beyond_noise.to_string()];

@@ -1,7 +1,7 @@
 //! What a measurement covers, for `brdfit info`.
 
 use super::Measurement;
-use crate::geometry::{Directions, Geometry, spherical_degrees};
+use crate::geometry::{Directions, Geometry, Pair, spherical_degrees};
 use crate::math::count;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -91,27 +91,36 @@ fn rounded(value: f64, step: f64) -> i64 {
     (value / step).round() as i64
 }
 
-/// Compares the samples whose exchanged directions were measured as well, to half a degree.
-fn reciprocity(measurement: &Measurement) -> Option<(f64, usize)> {
-    let Directions::Scattered(pairs) = &measurement.directions else { return None };
+/// The angles of two directions that do not change under rotation about the normal, radians: both polar angles, and that between the
+/// azimuths.
+pub(crate) fn invariant_angles(a: DVec3, b: DVec3) -> [f64; 3] {
+    let turn = (a.x * b.y - a.y * b.x).abs().atan2(a.x * b.x + a.y * b.y);
+    let turn = if a.z.min(b.z) > 0.999_96 { 0.0 } else { turn };
+    // Rounding may make a cosine larger than 1.
+    [a.z.min(1.0).acos(), b.z.min(1.0).acos(), turn]
+}
+
+/// The samples whose exchanged directions were measured as well, to half a degree: both indices, each pair once.
+pub(crate) fn measured_both_ways(pairs: &[Pair]) -> Vec<(usize, usize)> {
     // Isotropic data are compared by the angles that do not change under rotation about the normal.
-    let key = |a: DVec3, b: DVec3| {
-        let step = 0.5_f64.to_radians();
-        let turn = (a.x * b.y - a.y * b.x).abs().atan2(a.x * b.x + a.y * b.y);
-        let turn = if a.z.min(b.z) > 0.999_96 { 0.0 } else { turn };
-        (rounded(a.z.acos(), step), rounded(b.z.acos(), step), rounded(turn, step))
-    };
+    let key = |a: DVec3, b: DVec3| invariant_angles(a, b).map(|angle| rounded(angle, 0.5_f64.to_radians()));
     let mut first = HashMap::new();
     for (index, pair) in pairs.iter().enumerate() {
         first.entry(key(pair.wi, pair.wo)).or_insert(index);
     }
+    // No sample is compared with itself.
+    let exchanged = |(index, pair): (usize, &Pair)| {
+        let other = *first.get(&key(pair.wo, pair.wi))?;
+        (other > index).then_some((index, other))
+    };
+    pairs.iter().enumerate().filter_map(exchanged).collect()
+}
+
+/// Compares the samples whose exchanged directions were measured as well.
+fn reciprocity(measurement: &Measurement) -> Option<(f64, usize)> {
+    let Directions::Scattered(pairs) = &measurement.directions else { return None };
     let (mut difference, mut scale, mut matches) = (0.0, 0.0, 0);
-    for (index, pair) in pairs.iter().enumerate() {
-        let Some(&other) = first.get(&key(pair.wo, pair.wi)) else { continue };
-        // Take each pair once, and compare no sample with itself.
-        if other <= index {
-            continue;
-        }
+    for (index, other) in measured_both_ways(pairs) {
         let both = |row: &Vec<f64>| Some((*row.get(index)?, *row.get(other)?));
         let measured =
             measurement.values.iter().filter_map(both).filter(|(a, b)| !(a.is_nan() || b.is_nan()));

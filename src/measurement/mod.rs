@@ -27,6 +27,7 @@ mod table_fault;
 pub use clusters::{ClusterKind, Clusters};
 pub use continuous::Continuous;
 pub use coverage::{ALBEDO_LIMIT_DEG, Coverage, coverage};
+pub(crate) use coverage::{invariant_angles, measured_both_ways};
 #[doc(hidden)]
 pub use dead_channels::{dead_channels, doubts as dead_channel_doubts};
 #[doc(hidden)]

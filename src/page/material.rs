@@ -4,9 +4,9 @@ use super::fact::{Fact, known};
 use super::figures::{Drawn, Figures, NotDrawn};
 use super::model::{Caution, Model};
 use crate::error::{Error, OptionName, Place, listed};
-use crate::figure::Subject;
+use crate::figure::{Subject, letter};
 use crate::progress::Progress;
-use crate::report::{Named as _, Report, compared};
+use crate::report::{Named as _, Report, are_told_apart, compared};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -81,6 +81,7 @@ impl Material {
                 figures,
                 not_drawn: without,
                 warnings,
+                alike: alike(&reports, report),
                 ..Model::new(&id, several.then_some(k), report)
             });
         }
@@ -138,6 +139,16 @@ fn ranked(fits: &[Subject]) -> (Vec<Subject>, String) {
     order.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let order: Vec<Subject> = order.into_iter().map(|(_, fit)| fit.clone()).collect();
     (order, format!("from the smallest {} error", criterion(known).in_report()))
+}
+
+/// The letters of the models that folds do not tell apart from that of `report`; empty unless all have folds.
+fn alike(reports: &[&Report], report: &Report) -> String {
+    if !reports.iter().all(|report| report.has_folds()) {
+        return String::new();
+    }
+    let others = reports.iter().enumerate().filter(|(_, other)| !std::ptr::eq(**other, report));
+    let alike = others.filter(|(_, other)| !are_told_apart(report, other));
+    alike.map(|(k, _)| letter(k)).collect::<Vec<_>>().join(", ")
 }
 
 /// The name of a material: that of its file without the ending, and its own if the file holds several.

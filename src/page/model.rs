@@ -24,8 +24,10 @@ pub(super) struct Model {
     pub(super) metric: String,
     /// The error in that metric.
     pub(super) error: String,
-    /// The error on samples held out; empty if there were none.
+    /// The error on samples held out, and its spread over the folds; empty if there were none.
     pub(super) held_out: String,
+    /// The letters of the models that the samples held out do not tell apart from it; empty if there are none.
+    pub(super) alike: String,
     /// Number of parameters that were fitted.
     pub(super) fitted: usize,
     /// How much larger the residuals are than the noise.
@@ -93,7 +95,8 @@ impl Model {
             expression: report.model.clone(),
             metric: report.metric.to_string(),
             error: or_unknown(report.fitted_error()),
-            held_out: report.held_out_error().map(or_unknown).unwrap_or_default(),
+            held_out: report.held_out_error().map(or_unknown).unwrap_or_default() + &spread(report),
+            alike: String::new(),
             fitted: report.parameters.iter().filter(|p| p.was_fitted()).count(),
             over_noise: over_noise(report),
             usable: t.usable,
@@ -105,6 +108,12 @@ impl Model {
             not_drawn: Vec::new(),
         }
     }
+}
+
+/// The standard deviation of the held-out error over the folds, after a sign; empty if there are no folds.
+fn spread(report: &Report) -> String {
+    let spread = report.selection.held_out.as_ref().and_then(|held| held.std_dev);
+    spread.map_or_else(String::new, |spread| format!(" \u{b1} {}", digits(spread, 2)))
 }
 
 /// How much larger the residuals of a fit are than the noise; a dash if no noise is visible.

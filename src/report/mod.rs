@@ -8,6 +8,7 @@
     reason = "lengths are checked where they come in; an index beyond the end is a mistake in the program"
 )]
 
+mod apart;
 mod open;
 mod read;
 mod record;
@@ -18,10 +19,10 @@ mod text;
 pub use open::{Criterion, Named, Open, ParameterStatus, StopReason};
 pub use read::{Recorded, is_report, read};
 pub use record::{
-    Correlation, Data, Derived, ErrorRecord, Failure, FilterRecord, FitRecord, GroupingRecord, HeldOutRecord,
-    InOrder, MisfitRecord, OptionRecord, Parameter, Rank, Report, Reports, ResamplingRecord, SCHEMA,
-    SCHEMA_SEVERAL, SelectionRecord, StartRecord, SuggestionRecord, TerminationRecord, Times, WarningRecord,
-    WorstRecord, schema,
+    Correlation, Data, Derived, ErrorRecord, Failure, FilterRecord, FitRecord, FoldRecord, GroupingRecord,
+    HeldOutRecord, HoldOutRecord, InOrder, MisfitRecord, OptionRecord, Parameter, Rank, Report, Reports,
+    ResamplingRecord, SCHEMA, SCHEMA_SEVERAL, SelectionRecord, StartRecord, SuggestionRecord,
+    TerminationRecord, Times, WarningRecord, WorstRecord, schema,
 };
 #[doc(hidden)]
 pub use spread::{BAND, Spread};
@@ -29,6 +30,8 @@ pub use summary::SummaryRow;
 #[cfg(feature = "page")]
 pub(crate) use text::{digits, full_name, misfit_in_words, or_dash, with_error};
 pub use text::{lines, table};
+
+pub(crate) use apart::are_told_apart;
 
 use crate::error::Error;
 use crate::fit::{Fit, Metric};
@@ -103,7 +106,7 @@ impl Report {
             selection: SelectionRecord {
                 aicc: fit.selection.aicc,
                 bic: fit.selection.bic,
-                held_out: fit.held_out.as_ref().map(HeldOutRecord::from),
+                held_out: fit.held_out.as_ref().map(|held| HeldOutRecord::new(held, circumstances.metric)),
             },
             starts: fit
                 .starts
@@ -150,6 +153,11 @@ impl Report {
         self.selection.held_out.as_ref().map(|held| self.in_fitted_metric(&held.errors))
     }
 
+    /// Whether samples were held out in folds, so that models can be compared fold by fold.
+    pub(crate) fn has_folds(&self) -> bool {
+        self.selection.held_out.as_ref().is_some_and(|held| !held.folds.is_empty())
+    }
+
     /// The error in the metric that was fitted; infinite if it is not a number, so that it ranks last.
     fn in_fitted_metric(&self, errors: &ErrorRecord) -> f64 {
         self.metric.known().and_then(|metric| errors.of(metric)).unwrap_or(f64::INFINITY)
@@ -168,18 +176,29 @@ pub fn json(value: &impl Serialize) -> Result<String, Error> {
 
 impl Reports {
     /// Several reports, ranked for each input by the error on the samples held out, if all reports have one, and
-    /// otherwise by the error on the samples fitted.
+    /// otherwise by the error on the samples fitted. Models that the samples held out do not tell apart are listed.
     #[must_use]
     pub fn new(reports: Vec<Report>, failed: Vec<Failure>) -> Self {
         let (criterion, values) = compared(&reports.iter().collect::<Vec<_>>());
         let mut ranking: Vec<(usize, (&Report, f64))> = reports.iter().zip(values).enumerate().collect();
         let input = |report: &Report| reports.iter().position(|r| r.data.path == report.data.path);
         ranking.sort_by(|(_, (a, x)), (_, (b, y))| input(a).cmp(&input(b)).then(x.total_cmp(y)));
+        let order: Vec<usize> = ranking.iter().map(|(index, _)| *index).collect();
+        let not_told_apart = |index: usize| {
+            let others = order.iter().filter(|other| **other != index);
+            let alike = |other: &&usize| {
+                let (report, other) = (&reports[index], &reports[**other]);
+                report.data.path == other.data.path && !are_told_apart(report, other)
+            };
+            reports[index].has_folds().then(|| others.filter(alike).copied().collect())
+        };
+        let by_held_out = matches!(criterion(Metric::default()), Criterion::HeldOut(_));
         let ranking = ranking
             .into_iter()
             .map(|(index, (report, value))| {
                 let compared = report.metric.known().map(|metric| criterion(metric).into());
-                Rank { index, criterion: compared.unwrap_or_default(), value: finite(value) }
+                let not_told_apart = if by_held_out { not_told_apart(index) } else { None };
+                Rank { index, criterion: compared.unwrap_or_default(), value: finite(value), not_told_apart }
             })
             .collect();
         Self { schema: SCHEMA_SEVERAL.into(), ranking, reports, failed }

@@ -147,8 +147,8 @@ named! {
     Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
     Uncertainty (name): Clustered Formula BlockBootstrap Profile;
     Unit (symbol): One Degrees UnscaledMerl;
-    WarningKind (name): AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed FlatProfile GainsEnergy IllConditioned Isotropic LobeAbsent
-        LossDiscards Misfit NotIdentifiable NotReflectance NotUsable Polarised RepeatedValue Resampling Saturated StrengthAboveOne
+    WarningKind (name): AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed Extrapolated FlatProfile GainsEnergy HoldOut IllConditioned
+        Isotropic LobeAbsent LossDiscards Misfit NotIdentifiable NotReflectance NotUsable Polarised RepeatedValue Resampling Saturated StrengthAboveOne
         SuspiciousAngles SuspiciousTable TargetMissed TiedStarts UnresolvedLobe WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;
 }

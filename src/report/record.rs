@@ -5,8 +5,8 @@
 use super::open::{Criterion, Open, ParameterStatus, StopReason};
 use crate::error::OptionName;
 use crate::fit::{
-    Budget, Errors, Fit, FittedParameter, Grouping, HeldOut, LossKind, Method, Metric, Misfit, NoiseSource,
-    OpenEnd, Options, Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
+    Budget, Errors, Fit, FittedParameter, Fold, Grouping, HeldOut, HoldOut, LossKind, Method, Metric, Misfit,
+    NoiseSource, OpenEnd, Options, Resampled, SigmaScale, Suggestion, Uncertainty, Warning, WarningKind,
 };
 use crate::measurement::formats::BinPosition;
 use crate::measurement::{ClusterKind, Weighting};
@@ -328,25 +328,61 @@ pub struct SelectionRecord {
     pub held_out: Option<HeldOutRecord>,
 }
 
-/// Errors on samples that were left out of the fit.
+/// Errors on samples that were left out of fits, each group of incidence angles once.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct HeldOutRecord {
-    /// Every error, all channels together.
+    /// Every error on all samples held out, each predicted by the fit that left it out, all channels together.
     #[serde(flatten)]
     pub errors: ErrorRecord,
     /// Number of samples held out.
     pub samples: usize,
     /// Smallest and largest theta_i of each group of samples held out, in degrees; both the same for a single angle.
     pub theta_i_deg: Vec<[f64; 2]>,
+    /// Mean over the folds of the error in the metric that was fitted.
+    pub mean: Option<f64>,
+    /// Standard deviation over the folds of that error.
+    pub std_dev: Option<f64>,
+    /// The groups that were left out together; empty in reports of earlier versions, which left out some groups once.
+    pub folds: Vec<FoldRecord>,
 }
 
-impl From<&HeldOut> for HeldOutRecord {
-    fn from(held: &HeldOut) -> Self {
+/// Errors on samples that were left out together.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct FoldRecord {
+    /// Every error on these samples, all channels together.
+    #[serde(flatten)]
+    pub errors: ErrorRecord,
+    /// Number of samples.
+    pub samples: usize,
+    /// Smallest and largest theta_i of each group of samples, in degrees; both the same for a single angle.
+    pub theta_i_deg: Vec<[f64; 2]>,
+    /// Whether the fit to all other samples reached a minimum.
+    pub converged: bool,
+}
+
+impl HeldOutRecord {
+    /// The record of errors of fits in `metric`.
+    pub(super) fn new(held: &HeldOut, metric: Metric) -> Self {
         Self {
             errors: ErrorRecord::from(&held.errors),
             samples: held.samples,
             theta_i_deg: held.theta_i_deg.clone(),
+            mean: held.mean(metric),
+            std_dev: held.std_dev(metric),
+            folds: held.folds.iter().map(FoldRecord::from).collect(),
+        }
+    }
+}
+
+impl From<&Fold> for FoldRecord {
+    fn from(fold: &Fold) -> Self {
+        Self {
+            errors: ErrorRecord::from(&fold.errors),
+            samples: fold.samples,
+            theta_i_deg: fold.theta_i_deg.clone(),
+            converged: fold.converged,
         }
     }
 }
@@ -432,8 +468,8 @@ pub struct OptionRecord {
     pub target_error: Option<f64>,
     /// The seed of all random draws.
     pub seed: u64,
-    /// The fraction of the angles of incidence held out; null if there was none.
-    pub hold_out: Option<f64>,
+    /// The angles of incidence held out at a time: a fraction of them, or `each` for a single one; null if none were.
+    pub hold_out: Option<HoldOutRecord>,
     /// The optimiser; null if nothing was fitted.
     pub solver: Option<Open<SolverKind>>,
     /// The source of the standard errors; null if nothing was fitted.
@@ -461,6 +497,25 @@ pub struct OptionRecord {
     pub parameters: Vec<String>,
 }
 
+/// The angles of incidence that were held out at a time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum HoldOutRecord {
+    /// A fraction of them.
+    Fraction(f64),
+    /// `each`: a single one. Later versions may have other words.
+    Word(String),
+}
+
+impl From<HoldOut> for HoldOutRecord {
+    fn from(hold_out: HoldOut) -> Self {
+        match hold_out {
+            HoldOut::Fraction(fraction) => Self::Fraction(fraction),
+            HoldOut::Each => Self::Word(hold_out.to_string()),
+        }
+    }
+}
+
 impl OptionRecord {
     /// The record of a fit under `options`, without what they do not hold: the target error, the bins of MERL tables, the time
     /// limit and the options about parameters as given.
@@ -470,7 +525,7 @@ impl OptionRecord {
             samples: fit.budget.map_or(options.filters.samples, Budget::samples),
             budget: fit.budget.map(Into::into),
             seed: options.seed,
-            hold_out: options.hold_out,
+            hold_out: options.hold_out.map(HoldOutRecord::from),
             solver: Some(options.solver.into()),
             uncertainty: Some(options.uncertainty.into()),
             sigma_scale: (fit.weighting == Weighting::Sigma).then(|| options.sigma_scale.into()),
@@ -579,6 +634,10 @@ pub struct Rank {
     pub criterion: Open<Criterion>,
     /// Its value; smaller is better, and null is worst.
     pub value: Option<f64>,
+    /// Indices into `reports` of the models of the same input that the samples held out do not tell apart from this one, the best
+    /// first; null where nothing was held out in folds.
+    #[serde(default)]
+    pub not_told_apart: Option<Vec<usize>>,
 }
 
 /// An input that could not be fitted.

@@ -104,10 +104,18 @@ impl Reports {
                 if let Some(Ranked { report, .. }) = ranked.first().filter(|_| inputs.len() > 1) {
                     writeln!(text.as_a(Role::Title), "{}", report.data.path)?;
                 }
-                for Ranked { rank, report, .. } in ranked {
+                // Places are numbered where they are referred to.
+                let numbered = ranked.iter().any(|ranked| ranked.rank.not_told_apart.is_some());
+                for Ranked { place, rank, report } in ranked {
                     let unusable = if report.termination.usable { "" } else { "  NOT USABLE" };
-                    let model = format!("{}{unusable}", report.model);
-                    text.row(verdict(report).0, 2, [right(six_decimals(rank.value), 8), free(model)]);
+                    let alike = listed_places(&alike(ranked, rank));
+                    let alike =
+                        if alike.is_empty() { alike } else { format!("  (not told apart from {alike})") };
+                    let model = format!("{}{unusable}{alike}", report.model);
+                    let place =
+                        numbered.then(|| left(format!("{place}."), ranked.len().to_string().len() + 1));
+                    let cells = place.into_iter().chain([right(six_decimals(rank.value), 8), free(model)]);
+                    text.row(verdict(report).0, 2, cells);
                 }
             }
             Ok(())
@@ -141,12 +149,21 @@ impl Reports {
                 let model = if is_ranked { "best model" } else { "model" };
                 text.row(Role::Heading, 2, row("input", headings, "verdict", model));
             }
-            for Ranked { rank, report, .. } in &best {
+            for (Ranked { rank, report, .. }, ranked) in
+                best.iter().zip(inputs.iter().filter(|i| !i.is_empty()))
+            {
+                let others = alike(ranked, rank).len();
+                let others = match others {
+                    0 => String::new(),
+                    1 => "  (not told apart from the next)".to_owned(),
+                    others => format!("  (not told apart from {others} others)"),
+                };
                 let over_noise = report.misfit.as_ref().and_then(|misfit| misfit.ratio);
                 let over_noise = over_noise.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.3}"));
                 let numbers = [six_decimals(rank.value), over_noise, report.warnings.len().to_string()];
                 let (role, verdict) = verdict(report);
-                text.row(role, 2, row(&report.data.path, numbers, verdict, &report.model));
+                let model = format!("{}{others}", report.model);
+                text.row(role, 2, row(&report.data.path, numbers, verdict, &model));
             }
             for Failure { path, error } in &self.failed {
                 // Errors about a file's content begin with its name.
@@ -197,6 +214,24 @@ fn row<'a>(report: &'a Report, rank: usize, parameter: &'a Parameter) -> Summary
         ci95_low: parameter.ci95.map(|[low, _]| low),
         ci95_high: parameter.ci95.map(|[_, high]| high),
         status: parameter.status.name(),
+    }
+}
+
+/// The places of the models of an input that are not told apart from that of `rank`.
+fn alike(ranked: &[Ranked<'_>], rank: &Rank) -> Vec<usize> {
+    let listed = rank.not_told_apart.iter().flatten();
+    listed.filter_map(|index| Some(ranked.iter().find(|r| r.rank.index == *index)?.place)).collect()
+}
+
+/// Places as people write them: `2, 3 and 5`.
+fn listed_places(places: &[usize]) -> String {
+    match places {
+        [] => String::new(),
+        [only] => only.to_string(),
+        [first @ .., last] => {
+            let first: Vec<String> = first.iter().map(usize::to_string).collect();
+            format!("{} and {last}", first.join(", "))
+        }
     }
 }
 

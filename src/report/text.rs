@@ -1,7 +1,8 @@
 //! Writes the report as a table for people to read.
 
 use super::{
-    ErrorRecord, GroupingRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report, WorstRecord,
+    ErrorRecord, GroupingRecord, HeldOutRecord, MisfitRecord, Open, Parameter, ParameterStatus, Report,
+    WorstRecord,
 };
 use crate::error::listed;
 use crate::fit::{Method, Metric, OpenEnd, Uncertainty, Worst};
@@ -192,6 +193,34 @@ fn angles(degrees: &[[f64; 2]]) -> String {
     listed.join(", ")
 }
 
+/// The errors on samples that were held out, in a line.
+fn held_out_in_words(held: &HeldOutRecord, report: &Report) -> String {
+    let together = metrics(&held.errors);
+    if held.folds.is_empty() {
+        return format!(
+            "held out: {} samples at theta_i {} deg: {together}",
+            held.samples,
+            angles(&held.theta_i_deg)
+        );
+    }
+    let what = if held.theta_i_deg.iter().any(|[low, high]| low < high) { "ranges" } else { "angles" };
+    let not_converged = held.folds.iter().filter(|fold| !fold.converged).count();
+    let stuck = if not_converged > 0 {
+        format!("; {not_converged} of the fits reached no minimum")
+    } else {
+        String::new()
+    };
+    format!(
+        "held out: each of {} {what} of incidence once, in {} folds: {} {} +/- {} (mean and standard deviation of the folds); all \
+         together: {together}{stuck}",
+        held.theta_i_deg.len(),
+        held.folds.len(),
+        report.metric,
+        or_dash(held.mean),
+        or_dash(held.std_dev),
+    )
+}
+
 /// How far the model is from the data, in a line.
 pub(crate) fn misfit_in_words(misfit: &MisfitRecord) -> String {
     let noise = misfit.noise.as_ref().and_then(Open::known);
@@ -251,13 +280,7 @@ fn errors(text: &mut Lines, report: &Report) -> std::fmt::Result {
         writeln!(text, "{}", misfit_in_words(misfit))?;
     }
     if let Some(held) = &report.selection.held_out {
-        writeln!(
-            text,
-            "held out: {} samples at theta_i {} deg: {}",
-            held.samples,
-            angles(&held.theta_i_deg),
-            metrics(&held.errors)
-        )?;
+        writeln!(text, "{}", held_out_in_words(held, report))?;
     }
     let method = report.fit.uncertainty_method.as_ref();
     let method = match (method.and_then(Open::known), &report.fit.resampling) {

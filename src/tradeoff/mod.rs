@@ -18,7 +18,7 @@ pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
 pub use text::{csv, lines, table};
 
 use crate::error::Error;
-use crate::fit::{ErrorTable, Errors, Fit, Metric, Options, fit, score};
+use crate::fit::{ErrorTable, Errors, Fit, HoldOut, Metric, Options, fit, held_out, score};
 use crate::geometry::{Directions, Pair};
 use crate::measurement::{Draws, Filters, Measurement, Samples};
 use crate::model::Expression;
@@ -35,8 +35,8 @@ use std::time::Instant;
 pub const SCHEMA: &str = "brdfit.tradeoff/1";
 /// Default number of samples that the fits of the ladder use. Errors are always computed on all samples.
 pub const FIT_SAMPLES: usize = 20_000;
-/// Share of the angles of incidence that is left out of the second fit of every model.
-pub const HOLD_OUT: f64 = 0.2;
+/// Share of the angles of incidence that is left out at a time of the further fits of every model.
+pub const HOLD_OUT: HoldOut = HoldOut::Fraction(0.2);
 /// Number of pairs of directions at which single precision and approximations are compared.
 const COMPARED: usize = 4000;
 
@@ -94,7 +94,7 @@ pub struct Entry {
     pub cost: Cost,
     /// The errors on all samples, in every metric.
     pub errors: ErrorRecord,
-    /// The errors of a second fit on angles of incidence that were left out of it; null if there are too few angles.
+    /// The errors on angles of incidence that were left out of further fits, each angle once; null if there are too few angles.
     pub held_out: Option<ErrorRecord>,
     /// Relative difference between single and double precision: the root of the sum of squared differences of
     /// f cos(theta_i), divided by the root of the sum of squares of f cos(theta_i).
@@ -292,13 +292,12 @@ impl Comparison<'_> {
         known.as_ref().ok().cloned()
     }
 
-    /// Errors on angles of incidence that were left out of the fit. `None` if there is no such fit.
+    /// Errors on angles of incidence that were left out of further fits. `None` if there are no such fits.
     fn held_out(&self, candidate: &Candidate) -> Option<Errors> {
         let options = Options { hold_out: Some(HOLD_OUT), ..candidate.options(self.options).ok()? };
         let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
-        fit(self.measurement, &candidate.expression, &options, &quiet)
+        held_out(self.measurement, &candidate.expression, &options, &quiet)
             .ok()?
-            .held_out
             .map(|held_out| held_out.errors)
     }
 

@@ -116,7 +116,9 @@ fn reports_are_inputs() {
     folder.brdfit("synth fit.json --at clean.csv -o again.csv").good();
     let rows = |name: &str| {
         let text = folder.read(name);
-        text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>()
+        // Without the standard errors, which only `evaluate` gives.
+        let values = |line: &str| line.split(',').take(7).collect::<Vec<_>>().join(",");
+        text.lines().filter(|line| !line.starts_with('#')).map(values).collect::<Vec<_>>()
     };
     assert_eq!(rows("values.csv"), rows("again.csv"));
     assert_eq!(rows("values.csv")[0], "theta_i,phi_i,theta_o,phi_o,r,g,b");
@@ -194,4 +196,34 @@ fn reports_that_do_not_suit_are_refused() {
             refused("a start in other channels", "fit grey.csv --init fit.json", &["'r'"]),
         ],
     );
+}
+
+/// f of lambert is kd/pi, and so is its standard error.
+#[test]
+fn values_of_a_report_have_standard_errors() {
+    let folder = laboratory();
+    folder.brdfit("fit a.csv -m lambert -o r.json").good();
+    folder.write("at.csv", "theta_i,phi_i,theta_o,phi_o\n10,0,20,90\n60,0,30,180\n");
+    let report = parse(&folder.read("r.json"));
+    folder.brdfit("evaluate r.json --at at.csv -o out.csv").good();
+    let text = folder.read("out.csv");
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .filter(|line| line.starts_with(char::is_numeric))
+        .map(|line| line.split(',').map(|field| field.parse().unwrap()).collect())
+        .collect();
+    let parameters = report["parameters"].as_array().unwrap();
+    let errors: Vec<f64> =
+        parameters.iter().filter_map(|p| p["std_error"].as_f64()).map(|error| error / PI).collect();
+    assert!(!errors.is_empty() && rows.len() == 2);
+    for row in &rows {
+        assert_eq!(row.len(), 4 + 2 * errors.len(), "angles, values, standard errors");
+        for (found, wanted) in row[4 + errors.len()..].iter().zip(&errors) {
+            assert_relative_eq!(*found, *wanted, max_relative = 1e-6);
+        }
+    }
+    assert!(text.contains("95 % band: f +/- "), "{text}");
+    // What was set by hand has no error.
+    let set = folder.brdfit("evaluate r.json --at at.csv --set kd=0.5").good();
+    assert!(!set.stdout.contains("sigma"), "{}", set.stdout);
 }

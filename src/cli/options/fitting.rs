@@ -2,8 +2,7 @@
 
 use brdfit::Error;
 use brdfit::fit::{
-    Budget, Fit, Options, ScaleError, SigmaScale, Uncertainty, checked_fraction, checked_target, fit,
-    fit_to_target, fit_within,
+    Budget, Fit, Options, ScaleError, SigmaScale, Uncertainty, checked_target, fit, fit_to_target, fit_within,
 };
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
@@ -15,9 +14,10 @@ use std::sync::Arc;
 /// How a fit is made and judged.
 #[derive(Args)]
 pub struct FittingArguments {
-    /// Leave this fraction of the incidence angles out of the fit, and report the errors on them
-    #[arg(long, value_name = "FRACTION")]
-    hold_out: Option<f64>,
+    /// Fit again without some of the incidence angles, until each was left out once, and report the errors on
+    /// what was left out: a fraction of them at a time (0.2 makes five more fits), or `each`
+    #[arg(long, value_name = "FRACTION|each")]
+    hold_out: Option<String>,
     /// Find standard errors from groups of samples that err together, by the formula for independent samples, or by refitting resampled
     /// incidence angles (200 fits); or intervals from profiles of the cost (some 20 fits per parameter)
     #[arg(long, value_enum, default_value_t = UncertaintyName::Clustered)]
@@ -118,7 +118,7 @@ impl FittingArguments {
             .with_sigma_scale(self.sigma_scale.into())
             .with_solver(self.solver.into());
         options.scale_error = self.scale_error.as_deref().map(ScaleError::parse).transpose()?;
-        options.hold_out = self.hold_out.map(checked_fraction).transpose()?;
+        options.hold_out = self.hold_out.as_deref().map(str::parse).transpose()?;
         Ok(options)
     }
 

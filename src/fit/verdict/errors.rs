@@ -87,6 +87,38 @@ impl Sums {
     }
 }
 
+/// What errors are computed from, so that those on several sets of samples can be put together.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Tally {
+    sums: Sums,
+    weight: f64,
+}
+
+impl Tally {
+    /// Compares the model at the values in `table` with the samples, all channels together apart from dead ones.
+    pub(super) fn new(expression: &Expression, samples: &Samples, table: &ParameterTable) -> Self {
+        Self::of_live(&by_channel(expression, samples, table, None), samples)
+    }
+
+    fn of_live(sums: &[Sums], samples: &Samples) -> Self {
+        let live: Vec<usize> = (0..sums.len()).filter(|channel| !samples.dead[*channel]).collect();
+        let mut all = Sums::default();
+        live.iter().for_each(|channel| all.add(&sums[*channel]));
+        Self { sums: all, weight: samples.weight_of(&live) }
+    }
+
+    /// Adds other samples.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.sums.add(&other.sums);
+        self.weight += other.weight;
+    }
+
+    /// The errors on all samples added; NaN if there are none.
+    pub(super) fn errors(&self) -> Errors {
+        self.sums.errors(self.weight)
+    }
+}
+
 /// Compares the model at the values in `table` with the samples.
 #[must_use]
 pub fn score(expression: &Expression, samples: &Samples, table: &ParameterTable) -> ErrorTable {
@@ -100,6 +132,21 @@ pub(super) fn score_but(
     table: &ParameterTable,
     known: Option<&[f64]>,
 ) -> ErrorTable {
+    let sums = by_channel(expression, samples, table, known);
+    let weights = samples.weights_by_channel();
+    ErrorTable {
+        all: Tally::of_live(&sums, samples).errors(),
+        by_channel: sums.iter().zip(weights).map(|(sum, weight)| sum.errors(weight)).collect(),
+    }
+}
+
+/// The sums of each channel, for [`score_but`].
+fn by_channel(
+    expression: &Expression,
+    samples: &Samples,
+    table: &ParameterTable,
+    known: Option<&[f64]>,
+) -> Vec<Sums> {
     let channels = samples.values.len();
     assert_eq!(samples.predicted.values.len(), channels, "predictions of every channel");
     let all_values: Vec<_> = (0..channels).map(|channel| table.formula_values(channel)).collect();
@@ -161,17 +208,12 @@ pub(super) fn score_but(
     for part in &partial {
         sums.iter_mut().zip(part).for_each(|(sum, part)| sum.add(part));
     }
-    let weights = samples.weights_by_channel();
-    for ((sums, known), weight) in sums.iter_mut().zip(known.into_iter().flatten()).zip(&weights) {
-        sums.squares[3] = known * weight;
+    if let Some(known) = known {
+        for ((sums, known), weight) in sums.iter_mut().zip(known).zip(samples.weights_by_channel()) {
+            sums.squares[3] = known * weight;
+        }
     }
-    let mut all = Sums::default();
-    let live: Vec<usize> = (0..channels).filter(|channel| !samples.dead[*channel]).collect();
-    live.iter().for_each(|channel| all.add(&sums[*channel]));
-    ErrorTable {
-        all: all.errors(samples.weight_of(&live)),
-        by_channel: sums.iter().zip(weights).map(|(sum, weight)| sum.errors(weight)).collect(),
-    }
+    sums
 }
 
 /// Puts 0 in the place of measured values that are missing, and of what belongs to them.

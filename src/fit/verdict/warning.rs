@@ -193,6 +193,21 @@ pub enum Warning {
         /// Whether they were enough to replace the formula's standard errors.
         enough: bool,
     },
+    /// Angles of incidence at the edge of those measured, which a fit without them predicts far worse than one with them.
+    Extrapolated {
+        /// Smallest and largest `theta_i` of each group at the edge, in degrees, and how many times as large the error there is
+        /// when the group is left out.
+        edges: Vec<([f64; 2], f64)>,
+        /// The same factor for the groups between the edges; `None` if there are none.
+        inner: Option<f64>,
+    },
+    /// Fewer fits without some of the angles were finished than planned.
+    HoldOutCutShort {
+        /// Fits that were finished.
+        finished: usize,
+        /// Fits that were planned.
+        planned: usize,
+    },
     /// No budget reaches the target error.
     TargetMissed {
         /// The metric of the errors.
@@ -331,6 +346,8 @@ impl Warning {
             Self::Isotropic { .. } => WarningKind::Isotropic,
             Self::WorthFreeing { .. } => WarningKind::WorthFreeing,
             Self::NotResampled | Self::ResamplingCutShort { .. } => WarningKind::Resampling,
+            Self::Extrapolated { .. } => WarningKind::Extrapolated,
+            Self::HoldOutCutShort { .. } => WarningKind::HoldOut,
             Self::TargetMissed { .. } => WarningKind::TargetMissed,
             Self::DefaultUsed { .. } => WarningKind::DefaultUsed,
             Self::Bias { .. } => WarningKind::Bias,
@@ -369,6 +386,8 @@ impl Warning {
             | Self::ChiSquare { .. }
             | Self::NotResampled
             | Self::ResamplingCutShort { .. }
+            | Self::Extrapolated { .. }
+            | Self::HoldOutCutShort { .. }
             | Self::TargetMissed { .. } => None,
         }
     }
@@ -406,7 +425,9 @@ impl Warning {
                 vec![suggestion(OptionName::Fix, "P=V".to_owned())]
             }
             Self::NotUsable(Unusable::IterationLimit) => vec![suggestion(OptionName::Init, "P=V".to_owned())],
-            Self::NotUsable(Unusable::Timeout) | Self::ResamplingCutShort { .. } => {
+            Self::NotUsable(Unusable::Timeout)
+            | Self::ResamplingCutShort { .. }
+            | Self::HoldOutCutShort { .. } => {
                 vec![suggestion(OptionName::Timeout, String::new())]
             }
             Self::Bias { .. } => vec![suggestion(OptionName::Metric, Metric::UnbiasedCbrt.name().to_owned())],
@@ -422,6 +443,7 @@ impl Warning {
             | Self::NotUsable(_)
             | Self::Saturated { .. }
             | Self::NotResampled
+            | Self::Extrapolated { .. }
             | Self::TargetMissed { .. } => Vec::new(),
         }
     }
@@ -619,6 +641,24 @@ impl fmt::Display for Warning {
                 };
                 write!(f, "{finished} of {planned} resampled fits were finished: {end}; allow more time")
             }
+            Self::Extrapolated { edges, inner } => {
+                let listed: Vec<String> = edges.iter().map(|edge| at_edge(*edge)).collect();
+                let inner = inner.map_or_else(String::new, |inner| {
+                    format!(" (angles between the edges: {inner:.1} times)")
+                });
+                write!(
+                    f,
+                    "left out of the fit, theta_i {}{inner}: at the edge of the measured angles the model is extrapolated, and the \
+                     held-out error says mostly how well that goes; to rank models for use between the measured angles, compare \
+                     the folds without the edge, otherwise measure beyond it",
+                    listed.join(", and ")
+                )
+            }
+            Self::HoldOutCutShort { finished, planned } => write!(
+                f,
+                "{finished} of {planned} fits without some of the angles were finished: no held-out error is given, because it \
+                 could not be compared with that of another model; allow more time"
+            ),
             Self::TargetMissed { metric, reached, target } => write!(
                 f,
                 "the {} error on all samples is {reached:.4e}, above the target of {target}: no budget reaches it; try a \
@@ -675,6 +715,12 @@ impl fmt::Display for Saturated {
     }
 }
 
+/// An angle at the edge, or a range of them, with the factor by which its error grows.
+fn at_edge(([low, high], factor): ([f64; 2], f64)) -> String {
+    let angle = if low < high { format!("{low}..{high}") } else { low.to_string() };
+    format!("{angle} deg is predicted with {factor:.1} times the error that it has when it is fitted")
+}
+
 /// ` for r, g`; empty if there are no channels.
 fn for_channels(channels: &[String]) -> String {
     if channels.is_empty() { String::new() } else { format!(" for {}", channels.join(", ")) }
@@ -699,8 +745,10 @@ pub enum WarningKind {
     Correlated,
     DeadChannel,
     DefaultUsed,
+    Extrapolated,
     FlatProfile,
     GainsEnergy,
+    HoldOut,
     IllConditioned,
     Isotropic,
     LobeAbsent,
@@ -733,8 +781,10 @@ impl WarningKind {
             Self::Correlated => "correlated",
             Self::DeadChannel => "dead-channel",
             Self::DefaultUsed => "default-used",
+            Self::Extrapolated => "extrapolated",
             Self::FlatProfile => "flat-profile",
             Self::GainsEnergy => "gains-energy",
+            Self::HoldOut => "hold-out",
             Self::IllConditioned => "ill-conditioned",
             Self::Isotropic => "isotropic",
             Self::LobeAbsent => "lobe-absent",
