@@ -33,7 +33,7 @@ pub use verdict::errors::{ErrorTable, Errors};
 pub use verdict::fitted_parameter::{FittedParameter, NoStandardError, ParameterState};
 pub use verdict::hold_out::{Fold, HeldOut};
 pub use verdict::misfit::{Misfit, NoiseSource, Worst};
-pub use verdict::profile::{OpenEnd, ProfiledInterval};
+pub use verdict::profiled_interval::{OpenEnd, ProfiledInterval};
 pub use verdict::result::{Fit, Selection};
 pub use verdict::warning::{
     AtBound, NotSeparated, Saturated, Side, Suggestion, Unusable, Warning, WarningKind,

@@ -226,36 +226,28 @@ impl<'a> ReflectanceProblem<'a> {
         total
     }
 
-    /// By how many samples each of `number` combinations of parameters is decided at `x`: 1 over the sum of the squares of the shares that
-    /// the samples have in it, all channels together. `combinations` has those that a channel takes part in, each with its weights
-    /// of the channel's columns.
+    /// What each sample says of each of `number` combinations of parameters at `x`, all channels together, by combination and sample.
+    /// `combinations` has those that a channel takes part in, each with its weights of the channel's columns.
     #[must_use]
-    pub(in crate::fit) fn deciding_samples(
+    pub(in crate::fit) fn shares(
         &self,
         x: &DVector<f64>,
         combinations: &[Vec<(usize, Vec<f64>)>],
         number: usize,
-    ) -> Vec<f64> {
+    ) -> Vec<Vec<f64>> {
         assert_eq!(combinations.len(), self.layouts.len(), "combinations of each channel");
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
         let table = table.off_zero();
         let context = Context::new(self, &table, Pass::Model);
-        let sums: Vec<Vec<[f64; 2]>> = block_ranges(self.observed.len())
+        let parts: Vec<Vec<Vec<f64>>> = block_ranges(self.observed.len())
             .into_par_iter()
             .map_init(
                 || context.workspace(),
                 |work, blocks| context.shares(blocks, work, combinations, number),
             )
             .collect();
-        let of_combination = |place: usize| {
-            let [sum, squares] = sums.iter().fold([0.0, 0.0], |[a, b], part| {
-                let [sum, squares] = part[place];
-                [a + sum, b + squares]
-            });
-            sum * sum / squares
-        };
-        (0..number).map(of_combination).collect()
+        (0..number).map(|place| parts.iter().flat_map(|part| part[place].iter().copied()).collect()).collect()
     }
 
     /// The cost of each channel at `x`.
@@ -394,15 +386,15 @@ impl<'p, 'a> Context<'p, 'a> {
         result
     }
 
-    /// For each combination of parameters, the sum of what the samples of `blocks` say of it, and of the squares of that.
+    /// What each sample of `blocks` says of each combination of parameters.
     fn shares(
         &self,
         blocks: Range<usize>,
         work: &mut Workspace,
         combinations: &[Vec<(usize, Vec<f64>)>],
         number: usize,
-    ) -> Vec<[f64; 2]> {
-        let mut result = vec![[0.0; 2]; number];
+    ) -> Vec<Vec<f64>> {
+        let mut result = vec![Vec::with_capacity(blocks.len() * BLOCK); number];
         let mut of_samples = vec![Row::filled(0.0); number];
         let Workspace { block, bases, scratch } = work;
         for index in blocks {
@@ -415,9 +407,9 @@ impl<'p, 'a> Context<'p, 'a> {
                 let kernel = self.kernel(channel, observed, block, bases, sums, scratch);
                 self.arch.dispatch(kernel.compressed_into(Total::Squares(combinations, &mut of_samples)));
             }
-            for ([sum, squares], row) in result.iter_mut().zip(&of_samples) {
-                *sum += row.iter().sum::<f64>();
-                *squares += row.iter().map(|share| share * share).sum::<f64>();
+            let samples = self.problem.observed.weights(index).len();
+            for (result, row) in result.iter_mut().zip(&of_samples) {
+                result.extend(row.iter().take(samples));
             }
         }
         result

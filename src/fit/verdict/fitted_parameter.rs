@@ -1,6 +1,6 @@
 //! A parameter after a fit: its value and its uncertainty.
 
-use super::profile::{OpenEnd, ProfiledInterval};
+use super::profiled_interval::{OpenEnd, ProfiledInterval};
 use super::result::Fit;
 use crate::error::Error;
 use crate::math::count;

@@ -31,10 +31,6 @@ const CURVATURE_SAMPLES: usize = 10_000;
 const MOST_WORK: usize = 20_000;
 /// Step of the differences by the measurement's scale.
 const SCALE_STEP: f64 = 1e-3;
-/// A parameter has a standard error if at least this many samples decide it.
-const LEAST_DECIDING: f64 = 3.0;
-/// Largest number of samples for which that is looked at.
-const MOST_SPARSE: usize = 100_000;
 /// Number of samples on which freeing a parameter is tried.
 const CHECK_SAMPLES: usize = 1500;
 /// Largest number of iterations of such a trial.
@@ -151,7 +147,7 @@ impl Task<'_> {
         warnings.extend(warnings::strengths(&fit));
         warnings.extend(warnings::at_bounds(&fit));
         warnings.extend(warnings::identifiability(&fit, samples, &found.profiles));
-        warnings.extend(self.unresolved(&fit, found.objective)?);
+        warnings.extend(self.unresolved(problem, &fit)?);
         warnings.extend(warnings::ties(&fit));
         warnings.extend(warnings::discarded(&fit));
         // A model that fits needs no other parameters.
@@ -205,26 +201,6 @@ impl Task<'_> {
         }
         covariance.decided_by_few(self.decided_by_few(problem, table, solution, &covariance));
         Some(covariance)
-    }
-
-    /// The rows that fewer than three samples decide.
-    fn decided_by_few(
-        &self,
-        problem: &ReflectanceProblem<'_>,
-        table: &ParameterTable,
-        solution: &Solution,
-        covariance: &Covariance,
-    ) -> Vec<usize> {
-        // A peak between the samples of a dense table is seen by many of them.
-        if self.samples.len() > MOST_SPARSE {
-            return Vec::new();
-        }
-        let Some(combinations) = covariance.combinations(table, &solution.linearisation) else {
-            return Vec::new();
-        };
-        let deciding = problem.deciding_samples(&solution.x, &combinations, covariance.rows.len());
-        let few = covariance.rows.iter().zip(deciding).filter(|(_, samples)| *samples < LEAST_DECIDING);
-        few.map(|(row, _)| *row).collect()
     }
 
     /// Whether the given standard deviations suffice for the covariance: the user says that they have the right proportions, or the

@@ -6,52 +6,19 @@
 //! doi:10.1093/biomet/asm015).
 
 use super::covariance::Covariance;
+use super::profiled_interval::{OpenEnd, ProfiledInterval};
 use super::result::Fit;
-use super::warning::Warning;
 use crate::error::Error;
 use crate::fit::problem::loss::Objective;
 use crate::fit::problem::observed::Observed;
 use crate::fit::task::Task;
 use crate::math::count;
 use crate::measurement::Samples;
-use crate::model::Role;
 use crate::parameters::ParameterTable;
 use crate::progress::Progress;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// The interval of a parameter by its profile.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ProfiledInterval {
-    /// Row of the parameter table.
-    pub row: usize,
-    /// Its ends, in the parameter's unit; at an open end the last value that was tried.
-    pub ends: [f64; 2],
-    /// Why each end is open; `None` if it is not.
-    pub open: [Option<OpenEnd>; 2],
-}
-
-/// Why an interval is open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum OpenEnd {
-    /// The cost does not rise enough up to the bound of the parameter.
-    AtBound,
-    /// The search was interrupted, or took too long.
-    Unfinished,
-}
-
-impl OpenEnd {
-    /// Name in reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::AtBound => "at-bound",
-            Self::Unfinished => "unfinished",
-        }
-    }
-}
 
 /// Largest number of samples whose cost is followed.
 const SAMPLES: usize = 20_000;
@@ -67,13 +34,13 @@ const MOST_STEPS: usize = 30;
 const PRECISION: f64 = 2e-3;
 
 /// The cost around its minimum.
-struct Valley<'t> {
+pub(super) struct Valley<'t> {
     task: &'t Task<'t>,
     observed: Arc<Observed<'t>>,
     objective: Objective,
     /// The parameters at the minimum.
     best: ParameterTable,
-    cost: f64,
+    pub(super) cost: f64,
 }
 
 /// A point of a profile.
@@ -101,8 +68,10 @@ impl Task<'_> {
         let Some(covariance) = &fit.covariance else { return Ok(None) };
         progress.stage("profiling");
         let samples = self.draws.part(SAMPLES, self.options.seed);
-        let valley = self.valley(&samples, fit, objective)?;
-        let share = self.share(&samples);
+        let valley = self.valley(&samples, &fit.table, objective)?;
+        // Weights by sigma are not normalised.
+        let share =
+            if samples.sigma.is_some() { count(samples.len()) / count(self.samples.len()) } else { 1.0 };
         let wanted = wanted_rises(fit, covariance);
         let done = AtomicU64::new(0);
         let interval = |(row, rise): &(usize, f64)| {
@@ -115,69 +84,18 @@ impl Task<'_> {
 }
 
 impl Task<'_> {
-    /// A warning for each lobe that is narrower than the spacing of the samples at its peak, with what the data exclude, and one for other
-    /// parameters that fewer than three samples decide.
-    ///
-    /// # Errors
-    /// Those of the optimiser.
-    pub(super) fn unresolved(&self, fit: &Fit, objective: Objective) -> Result<Vec<Warning>, Error> {
-        let Some(covariance) = fit.covariance.as_ref().filter(|c| !c.decided_by_few.is_empty()) else {
-            return Ok(Vec::new());
-        };
-        let table = &fit.table;
-        let is_width = |row: &usize| {
-            let row = &table.rows()[*row];
-            row.spec.role == Role::Shape && table.has_width(row.lobe)
-        };
-        let samples = self.draws.part(SAMPLES, self.options.seed);
-        let valley = self.valley(&samples, fit, objective)?;
-        let share = self.share(&samples);
-        let mut warnings = Vec::new();
-        let mut lobes: Vec<usize> = Vec::new();
-        let wanted = wanted_rises(fit, covariance);
-        for (row, rise) in wanted.into_iter().filter(|(row, _)| covariance.decided_by_few.contains(row)) {
-            let of_row = &table.rows()[row];
-            if !is_width(&row) || lobes.contains(&of_row.lobe) {
-                continue;
-            }
-            lobes.push(of_row.lobe);
-            let profile = valley.interval(row, rise * share.sqrt(), covariance)?;
-            warnings.push(Warning::UnresolvedLobe {
-                parameter: table.parameter_name(of_row),
-                lobe: table.lobes()[of_row.lobe].clone(),
-                value: of_row.value,
-                range: profile.ends,
-                open: profile.open.map(|open| open.is_some()),
-            });
-        }
-        let others = covariance
-            .decided_by_few
-            .iter()
-            .filter(|row| !(is_width(row) && lobes.contains(&table.rows()[**row].lobe)));
-        let others: Vec<String> = others.map(|row| table.name(*row)).collect();
-        if !others.is_empty() {
-            warnings.push(Warning::DecidedByFew { parameters: others });
-        }
-        Ok(warnings)
-    }
-
-    /// The cost around its minimum on some samples.
-    fn valley<'t>(
+    /// The cost around its minimum on some samples, starting from the values in `table`.
+    pub(super) fn valley<'t>(
         &'t self,
         samples: &'t Samples,
-        fit: &Fit,
+        table: &ParameterTable,
         objective: Objective,
     ) -> Result<Valley<'t>, Error> {
         let observed = self.observe(samples);
-        let solution = self.polish(&observed, fit.table.clone(), objective, ITERATIONS)?;
-        let mut best = fit.table.clone();
+        let solution = self.polish(&observed, table.clone(), objective, ITERATIONS)?;
+        let mut best = table.clone();
         best.set_coordinates(solution.x.as_slice());
         Ok(Valley { task: self, observed, objective, best, cost: solution.cost })
-    }
-
-    /// The cost on some samples over that on all: weights by sigma are not normalised.
-    fn share(&self, samples: &Samples) -> f64 {
-        if samples.sigma.is_some() { count(samples.len()) / count(self.samples.len()) } else { 1.0 }
     }
 }
 
@@ -198,7 +116,12 @@ fn wanted_rises(fit: &Fit, covariance: &Covariance) -> Vec<(usize, f64)> {
 
 impl Valley<'_> {
     /// The interval of a row, at whose ends the root of the excess has risen by `rise`.
-    fn interval(&self, row: usize, rise: f64, covariance: &Covariance) -> Result<ProfiledInterval, Error> {
+    pub(super) fn interval(
+        &self,
+        row: usize,
+        rise: f64,
+        covariance: &Covariance,
+    ) -> Result<ProfiledInterval, Error> {
         let place = self.best.free().iter().position(|free| *free == row).unwrap_or_default();
         let (low, high) = self.best.coordinate_bounds()[place];
         let step = match (covariance.half_interval(row), covariance.std_error(row)) {

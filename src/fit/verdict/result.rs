@@ -5,7 +5,7 @@ use super::covariance::Covariance;
 use super::errors::{ErrorTable, Errors};
 use super::hold_out::HeldOut;
 use super::misfit::Misfit;
-use super::profile::ProfiledInterval;
+use super::profiled_interval::ProfiledInterval;
 use super::warning::{Unusable, Warning};
 use crate::brdf::Brdf;
 use crate::fit::options::Budget;

@@ -552,8 +552,8 @@ impl fmt::Display for Warning {
                 let bound = |open: bool| if open { " (its bound)" } else { "" };
                 write!(
                     f,
-                    "fewer than three samples see the peak of '{lobe}': it is narrower than their spacing. {value:.3} fits best, and the \
-                     data exclude nothing from {low:.3}{} to {high:.3}{}; measure closer to the mirror direction",
+                    "fewer than three samples see the peak of '{lobe}', which is narrower than their spacing: {value:.3e} fits best, but the samples \
+                     beside the peak exclude nothing from {low:.3e}{} to {high:.3e}{}; measure in finer steps about it",
                     bound(open[0]),
                     bound(open[1])
                 )
