@@ -453,8 +453,12 @@ fn one_sample_alone_in_the_peak() {
     let peak: f64 = expression.value(&data.directions.iter().last().unwrap(), &truth.formula_values(0));
     // f = kd/pi + ks times the peak
     let alone = 1e-3 * truth.rows()[ks].value / peak;
-    let found = covariance.std_error(ks).unwrap();
+    let place = covariance.rows.iter().position(|row| *row == ks).unwrap();
+    let found = covariance.matrix()[(place, place)].sqrt();
     assert!(found > alone && found < 50.0 * alone, "{found} for {alone}");
+    // It is not given, though: a single sample decides.
+    assert_eq!(covariance.std_error(ks), None);
+    assert_eq!(covariance.decided_by_few, [ks]);
 }
 
 /// docs/trust/calibration.md: with noise of relative size s, a level comes out by -s^2/3 too low in cbrt, by -s^2/2

@@ -303,7 +303,7 @@ const FEW_GROUPS: f64 = 2.5;
 /// A coverage of 95 % is seen in 100 sets with a standard deviation of 2.2 %, and the mean of the five parameters with about 1 %.
 #[test]
 fn default_intervals_hold_the_truth_although_errors_are_correlated() {
-    for (layout, errors) in cases() {
+    for (layout, errors) in cases().into_iter().filter(|(_, errors)| *errors != Errors::Independent) {
         let found = summaries(layout, errors, Uncertainty::Clustered, 100);
         let mean = found.iter().map(|summary| summary.covered).sum::<f64>() / found.len() as f64;
         assert!((92.0..=98.5).contains(&mean), "{layout}, {errors}: {mean} %");

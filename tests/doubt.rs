@@ -115,7 +115,7 @@ fn the_scale_of_the_loss_is_in_units_of_the_residual() {
         assert_eq!(report["options"]["loss"], "cauchy");
         // The cost is no likelihood, so there is nothing to compare models by it.
         assert!(report["selection"]["aicc"].is_null() && report["fit"]["reduced_chi2"].is_null());
-        assert_eq!(report["fit"]["uncertainty_method"], "sandwich");
+        assert_eq!(report["fit"]["uncertainty_method"], "clustered");
     }
     // A scale far beyond every residual is no loss at all.
     let line = format!("fit clean.csv -m {ONE_LOBE} --json");

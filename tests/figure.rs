@@ -152,8 +152,9 @@ fn a_lobe_is_the_formula_with_the_band_of_its_parameter() {
 fn the_band_takes_correlations_into_account() {
     let model = "lambert + cook-torrance";
     let values = [("kd", 0.2), ("m", 0.3), ("f0", 0.08)];
-    let measurement = measured(model, &values, &["f"], &[10.0, 25.0, 40.0, 55.0, 70.0], 0.03);
-    let subject = subject(&measurement, model, Metric::L2);
+    let angles: Vec<f64> = (1..=14).map(|k| 5.0 * f64::from(k)).collect();
+    let measurement = measured(model, &values, &["f"], &angles, 0.03);
+    let subject = subject(&measurement, model, Metric::Cbrt);
     let report = subject.recorded.as_ref().unwrap().report.clone();
     let wanted = Wanted { theta_i_deg: vec![40.0], ..Wanted::default() };
     let figure = figure_as("lobe", &[subject], &wanted);

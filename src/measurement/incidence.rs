@@ -5,8 +5,10 @@
 //! information. Whole angles are the parts of a measurement that come closest to being independent.
 
 use super::Samples;
-use crate::geometry::Geometry;
+use crate::geometry::{Block, Geometry};
 use crate::math::count;
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Samples grouped by angle of incidence, or by narrow ranges of it.
 ///
@@ -67,15 +69,31 @@ impl Samples {
     /// otherwise ranges of 5 degrees, each including its upper end.
     #[must_use]
     pub fn incidence_groups(&self) -> IncidenceGroups {
+        // More samples never have fewer angles, so that the first ones of a dense table are enough to see that there are too many.
+        let first: Vec<f64> = self.directions.iter().take(FIRST_SAMPLES).map(|g| g.theta_i_deg()).collect();
+        if distinct(&first).is_none() {
+            return ranges(self.ranges_of_samples());
+        }
         let theta_i = self.directions.each(Geometry::theta_i_deg);
-        angles(&theta_i).unwrap_or_else(|| ranges(&theta_i))
+        angles(&theta_i).unwrap_or_else(|| ranges(self.ranges_of_samples()))
+    }
+
+    /// The range of 5 degrees that each sample's angle of incidence belongs to.
+    fn ranges_of_samples(&self) -> Vec<usize> {
+        let cosines: Vec<f64> =
+            (1..RANGES).map(|k| (RANGE_DEG * count(k) + ROUNDING_DEG).to_radians().cos()).collect();
+        let range_of = |cosine: f64| cosines.partition_point(|limit| cosine < *limit);
+        let blocks: Vec<Range<usize>> = self.directions.blocks().collect();
+        let of_block = |block: &mut Block, range: &Range<usize>| -> Vec<usize> {
+            self.directions.fill(range.clone(), block);
+            block.cos_i().iter().take(range.len()).map(|cosine| range_of(*cosine)).collect()
+        };
+        blocks.par_iter().map_init(Block::new, of_block).flatten_iter().collect()
     }
 }
 
 /// One group per angle; `None` if there are too many angles.
 fn angles(theta_i: &[f64]) -> Option<IncidenceGroups> {
-    // More samples never have fewer angles, so that the first ones of a dense table are enough to see that there are too many.
-    distinct(theta_i.get(..FIRST_SAMPLES).unwrap_or_default())?;
     let groups = distinct(theta_i)?;
     let group = |angle: &f64| groups.partition_point(|[low, _]| low <= angle).saturating_sub(1);
     let of_sample = theta_i.iter().map(group).collect();
@@ -100,24 +118,24 @@ fn distinct(theta_i: &[f64]) -> Option<Vec<[f64; 2]>> {
     Some(groups)
 }
 
-/// One group for each range that contains samples.
-fn ranges(theta_i: &[f64]) -> IncidenceGroups {
-    let lows: Vec<f64> = (0..RANGES).map(|k| RANGE_DEG * count(k)).collect();
-    let range = |angle: &f64| lows.partition_point(|low| low + ROUNDING_DEG < *angle).saturating_sub(1);
-    let of_sample: Vec<usize> = theta_i.iter().map(range).collect();
-    let mut taken: Vec<usize> = of_sample.clone();
-    taken.sort_unstable();
-    taken.dedup();
-    let place = |range: &usize| taken.partition_point(|t| t < range);
+/// One group for each range that contains samples, given the range of each sample.
+fn ranges(of_sample: Vec<usize>) -> IncidenceGroups {
+    let mut has_samples = [false; RANGES];
+    of_sample.iter().for_each(|range| has_samples[*range] = true);
+    let taken: Vec<usize> = (0..RANGES).filter(|range| has_samples[*range]).collect();
+    let mut places = [0; RANGES];
+    taken.iter().enumerate().for_each(|(place, range)| places[*range] = place);
     IncidenceGroups {
         theta_i_deg: taken.iter().map(|k| [RANGE_DEG * count(*k), RANGE_DEG * count(k + 1)]).collect(),
-        of_sample: of_sample.iter().map(place).collect(),
+        of_sample: of_sample.iter().map(|range| places[*range]).collect(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Directions;
+    use crate::measurement::{Filters, Measurement};
 
     #[test]
     fn few_angles_are_groups_of_their_own() {
@@ -131,12 +149,23 @@ mod tests {
         assert_eq!(groups.samples_of(|group| group == 4), [0, 3]);
     }
 
+    /// The groups of samples at these angles of incidence.
+    fn groups_of(theta_i: &[f64]) -> IncidenceGroups {
+        let directions =
+            Directions::from_degrees(theta_i.iter().map(|theta| [*theta, 0.0, 10.0, 0.0])).unwrap();
+        let values = vec![("f", vec![0.1; theta_i.len()])];
+        let measurement = Measurement::new(directions, values).unwrap();
+        Samples::select(&measurement, &Filters::default().with_max_theta_deg(90.0))
+            .unwrap()
+            .incidence_groups()
+    }
+
     #[test]
     fn many_angles_are_grouped_in_ranges() {
         let theta_i: Vec<f64> =
             (0..=800).map(|k| 0.1 * f64::from(k)).filter(|a| *a < 20.0 || *a > 29.0).collect();
         assert!(angles(&theta_i).is_none());
-        let groups = ranges(&theta_i);
+        let groups = groups_of(&theta_i);
         // 20..25 has no samples, and 80 belongs to 75..80.
         assert_eq!(groups.len(), 15);
         assert_eq!(groups.theta_i_deg.first(), Some(&[0.0, 5.0]));
@@ -150,7 +179,7 @@ mod tests {
 
     #[test]
     fn the_horizon_is_in_the_last_range() {
-        let groups = ranges(&[0.0, 90.0, 5.0]);
+        let groups = ranges(vec![0, 17, 0]);
         assert_eq!(groups.theta_i_deg, [[0.0, 5.0], [85.0, 90.0]]);
         assert_eq!(groups.of_sample, [0, 1, 0]);
     }

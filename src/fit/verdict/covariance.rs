@@ -73,8 +73,9 @@ pub(super) enum Noise<'n> {
     Unit,
     /// Rows F with F^T F the middle factor of the sandwich, in the blocks of the model, computed once the model is decomposed.
     Rows(&'n dyn Fn(&Arrow) -> Linearisation),
-    /// Groups of samples that err together, their rows in the blocks of the model, and what `Rows` has.
-    Groups(Grouping, GroupedRows<'n>, &'n dyn Fn(&Arrow) -> Linearisation),
+    /// Groups of samples that err together, their rows in the blocks of the model, and what `Rows` has, unless
+    /// there are so many samples that the errors of independent ones are no lower limit.
+    Groups(Grouping, GroupedRows<'n>, Option<&'n dyn Fn(&Arrow) -> Linearisation>),
 }
 
 /// An error that all samples have in common.
@@ -182,7 +183,7 @@ impl Known {
         &self,
         model: &Linearisation,
         rows: GroupedRows<'_>,
-        scatter: &Linearisation,
+        scatter: Option<&Linearisation>,
     ) -> Option<Spread> {
         Some(Jackknife::new(&self.arrow, model, rows)?.spread(scatter))
     }
@@ -224,16 +225,17 @@ impl Covariance {
         let bounded = inside.len() < n;
         let inside = Known::new(table, model, n, &inside)?;
         let scatter = match noise {
-            Noise::Unit => None,
-            Noise::Rows(rows) | Noise::Groups(_, _, rows) => Some(rows(&inside.arrow)),
+            Noise::Unit | Noise::Groups(_, _, None) => None,
+            Noise::Rows(rows) | Noise::Groups(_, _, Some(rows)) => Some(rows(&inside.arrow)),
         };
         if !scatter.as_ref().is_none_or(Linearisation::is_finite) {
             return None;
         }
         let all = if bounded { Known::new(table, model, n, &all) } else { None };
         let free = all.as_ref().unwrap_or(&inside);
-        let (entries, of_free, spread, grouping) = match (noise, &scatter) {
-            (Noise::Groups(grouping, rows, _), Some(scatter)) => {
+        let scatter = scatter.as_ref();
+        let (entries, of_free, spread, grouping) = match noise {
+            Noise::Groups(grouping, rows, _) => {
                 let spread = inside.spread(model, *rows, scatter)?;
                 let entries = BlockMatrix::products(spread.rows.clone()).in_units(&inside.units);
                 let of_free = if bounded {
@@ -244,8 +246,7 @@ impl Covariance {
                 };
                 (entries, of_free, Some(spread), Some(*grouping))
             }
-            _ => {
-                let scatter = scatter.as_ref();
+            Noise::Unit | Noise::Rows(_) => {
                 (inside.covariance(scatter), free.covariance(scatter), None, None)
             }
         };

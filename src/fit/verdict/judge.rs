@@ -26,9 +26,11 @@ use nalgebra::{DMatrix, DVector};
 use std::cell::OnceCell;
 
 /// Number of samples on which the curvature of the cost is found. It does not depend on how many there are.
-const CURVATURE_SAMPLES: usize = 10_000;
+const CURVATURE_SAMPLES: usize = 3000;
 /// Largest number of groups times parameters for which narrower groups are tried.
 const MOST_WORK: usize = 20_000;
+/// Largest number of samples for which the errors of independent samples are computed beside those of groups. With more, these are far below.
+const MOST_SPARSE: usize = 100_000;
 /// Step of the differences by the measurement's scale.
 const SCALE_STEP: f64 = 1e-3;
 /// Number of samples on which freeing a parameter is tried.
@@ -227,6 +229,7 @@ impl Task<'_> {
             let scatter = || problem.scatter(&solution.x, |columns| arrow.root(columns), typical);
             cached.get_or_init(scatter).clone()
         };
+        let is_sparse = self.samples.len() <= MOST_SPARSE;
         let mut first = None;
         for clusters in self.samples.clusters(problem.most_columns()) {
             let Clusters { kind, width_deg, groups, of_sample } = clusters;
@@ -235,7 +238,8 @@ impl Task<'_> {
             }
             let sums = problem.group_sums(&solution.x, groups, &of_sample);
             let rows = GroupedRows { sums: &sums, curvature };
-            let noise = Noise::Groups(Grouping { kind, width_deg, groups }, rows, &scatter);
+            let scatter: Option<&dyn Fn(&Arrow) -> Linearisation> = is_sparse.then_some(&scatter);
+            let noise = Noise::Groups(Grouping { kind, width_deg, groups }, rows, scatter);
             let method = Method::Clustered;
             let found = Covariance::new(table, &solution.linearisation, method, &noise, counts.freedom)?;
             if found.decided_by_one.is_empty() {

@@ -221,11 +221,11 @@ impl<'a> Jackknife<'a> {
     }
 
     /// The covariance from the moves of each parameter when each group is left out, over the root of its excess; `scatter` has the rows of
-    /// the sandwich for independent errors, in the blocks of the model.
+    /// the sandwich for independent errors, in the blocks of the model, if those may be the larger ones.
     ///
     /// Where few groups decide, the moves may be small by chance. Errors within a group hardly ever make up for each other, so that no
     /// standard error is smaller than that of independent rows. Intervals allow for that chance already, and stay as the groups give them.
-    pub(crate) fn spread(&self, scatter: &Linearisation) -> Spread {
+    pub(crate) fn spread(&self, scatter: Option<&Linearisation>) -> Spread {
         let mut rows = self.moves();
         let knowledge: Vec<Knowledge> =
             (0..self.arrow.len()).into_par_iter().map(|i| self.knowledge_of(i)).collect();
@@ -233,7 +233,8 @@ impl<'a> Jackknife<'a> {
         for (i, known) in knowledge.iter().enumerate() {
             let mut column = rows.column_mut(i);
             column /= known.excess.max(1.0).sqrt();
-            let (grouped, independent) = (column.norm(), self.independent_variance(i, scatter).sqrt());
+            let independent = scatter.map_or(0.0, |scatter| self.independent_variance(i, scatter).sqrt());
+            let grouped = column.norm();
             let half_interval = half_interval_of_student(known.freedom);
             if independent > grouped && grouped > 0.0 {
                 column *= independent / grouped;
@@ -423,7 +424,7 @@ mod tests {
             })
             .collect();
         let rows = GroupedRows { sums: &sums, curvature: &flat(&model) };
-        let spread = Jackknife::new(&arrow, &model, rows).unwrap().spread(&model);
+        let spread = Jackknife::new(&arrow, &model, rows).unwrap().spread(Some(&model));
         // The rows of the model as those of the sandwich: residuals of variance 1, and the covariance (J^T J)^-1.
         let inverse = (whole.transpose() * &whole).try_inverse().unwrap();
         for i in 0..6 {
