@@ -6,7 +6,7 @@
 
 use brdfit::fit::{Fit, OpenEnd, Options, Uncertainty, Warning, WarningKind, fit};
 use brdfit::geometry::{Azimuths, Directions, Pair, direction};
-use brdfit::measurement::Measurement;
+use brdfit::measurement::{Filters, Measurement, Weighting};
 use brdfit::model::Expression;
 use brdfit::parameters::{ParameterTable, Selector, Setting, Settings};
 use brdfit::progress::{Progress, Quiet};
@@ -71,7 +71,9 @@ fn coverages(case: &Case, sets: u64) -> Vec<(String, [f64; 2])> {
         let directions = Directions::Scattered(scattered_directions(case.samples, 80.0, 1000 + number));
         let data = measurement(&expression, &truth, directions, case.noise, number);
         let both = [Uncertainty::Profile, Uncertainty::Clustered].map(|uncertainty| {
-            let options = Options::default().with_uncertainty(uncertainty);
+            // With given standard deviations, so that what is tested is the shape of the cost and not how noise is estimated.
+            let filters = Filters::default().with_weighting(Weighting::Sigma);
+            let options = Options::default().with_filters(filters).with_uncertainty(uncertainty);
             fitted(&data, &expression, Some(&truth), options)
         });
         let holds = |fit: &Fit, index: usize| {
@@ -111,7 +113,7 @@ fn profiles_hold_the_truth_a_thousand_times() {
     for case in &CASES {
         for (name, [by_profile, linear]) in coverages(case, 1000) {
             println!("| {} | {name} | {by_profile:.1} | {linear:.1} |", case.model);
-            assert!((92.0..=98.5).contains(&by_profile), "{}, {name}: {by_profile} %", case.model);
+            assert!((92.0..=98.0).contains(&by_profile), "{}, {name}: {by_profile} %", case.model);
         }
     }
 }

@@ -4,6 +4,11 @@
 //! drift of the lamp) affects all its samples in the same way, and neighbouring samples contain almost the same
 //! information. Whole angles are the parts of a measurement that come closest to being independent.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a range is below RANGES, which is the number of limits and one more"
+)]
+
 use super::Samples;
 use crate::geometry::{Block, Geometry};
 use crate::math::count;

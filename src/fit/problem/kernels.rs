@@ -98,6 +98,9 @@ pub(super) enum Rows<'a> {
     Noise,
 }
 
+/// Combinations of the columns of a channel: the place of each among all combinations, and its weights.
+pub(in crate::fit) type Combinations = Vec<(usize, Vec<f64>)>;
+
 /// What takes up the weighted rows of the Jacobian and the residuals.
 pub(super) enum Total<'a> {
     /// A triangular factor.
@@ -105,7 +108,7 @@ pub(super) enum Total<'a> {
     /// Sums over groups of samples, and the group of each sample of the block.
     Groups(&'a mut GroupSums, &'a [u32]),
     /// For each combination of columns, given by its weights, the square of the combination at each sample.
-    Squares(&'a [(usize, Vec<f64>)], &'a mut [Row]),
+    Squares(&'a Combinations, &'a mut [Row]),
 }
 
 /// Adds the weighted rows of the Jacobian and the residuals to sums, and returns the cost for [`Rows::Model`].

@@ -6,7 +6,7 @@
 //! solver receives one small triangle per channel.
 
 use super::formula::{Formula, Layout, Sums};
-use super::kernels::{ChannelBlock, ObservedBlock, Rows, Scratch, Total};
+use super::kernels::{ChannelBlock, Combinations, ObservedBlock, Rows, Scratch, Total};
 use super::loss::{LossKind, Objective, robust_deviation};
 use super::observed::{BULK_OF_DATA, Observed};
 use crate::geometry::{BLOCK, Block, Row};
@@ -232,7 +232,7 @@ impl<'a> ReflectanceProblem<'a> {
     pub(in crate::fit) fn shares(
         &self,
         x: &DVector<f64>,
-        combinations: &[Vec<(usize, Vec<f64>)>],
+        combinations: &[Combinations],
         number: usize,
     ) -> Vec<Vec<f64>> {
         assert_eq!(combinations.len(), self.layouts.len(), "combinations of each channel");
@@ -391,7 +391,7 @@ impl<'p, 'a> Context<'p, 'a> {
         &self,
         blocks: Range<usize>,
         work: &mut Workspace,
-        combinations: &[Vec<(usize, Vec<f64>)>],
+        combinations: &[Combinations],
         number: usize,
     ) -> Vec<Vec<f64>> {
         let mut result = vec![Vec::with_capacity(blocks.len() * BLOCK); number];

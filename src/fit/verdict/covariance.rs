@@ -19,6 +19,7 @@
 //!
 //! Matrices over all parameters are never formed: `arrow` decomposes the model channel by channel.
 
+use crate::fit::problem::kernels::Combinations;
 use crate::math::half_interval_of_student;
 use crate::measurement::ClusterKind;
 use crate::parameters::ParameterTable;
@@ -368,7 +369,7 @@ impl Covariance {
         &self,
         table: &ParameterTable,
         model: &Linearisation,
-    ) -> Option<Vec<Vec<(usize, Vec<f64>)>>> {
+    ) -> Option<Vec<Combinations>> {
         let places = table.free().iter().copied().enumerate();
         let selected: Vec<(usize, usize)> =
             places.filter(|(_, row)| self.rows.binary_search(row).is_ok()).collect();
