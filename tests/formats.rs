@@ -407,7 +407,8 @@ fn tables_share_one_grid() {
 fn offer(bytes: &[u8]) -> Result<(), TestCaseError> {
     for name in ["x", "x.binary", "x.csv"] {
         for format in REGISTRY {
-            let mut file = File::new(Path::new(name), bytes).unwrap();
+            // Bytes that begin like gzip, and are not, reach no reader.
+            let Ok(mut file) = File::new(Path::new(name), bytes) else { continue };
             let _ = (format.sniff)(&file);
             match (format.read)(&mut file, &CENTER) {
                 Err(error) => {
