@@ -2,7 +2,7 @@
 
 use super::options::{Budget, Options};
 use super::problem::metric::Metric;
-use super::run::fit;
+use super::run::{fit, held_out};
 use super::verdict::errors::score;
 use super::verdict::result::Fit;
 use super::verdict::warning::Warning;
@@ -46,9 +46,12 @@ pub fn fit_to_target(
     let target = checked_target(target)?;
     // Angles are left out of the fit within the budget that is found, not within all that are tried.
     let tried = Options { hold_out: None, ..options.clone() };
-    let tested = |budget: Budget, found: Fit| match options.hold_out {
-        None => Ok(found),
-        Some(_) => fit_within(budget, measurement, expression, options, progress),
+    let tested = |budget: Budget, mut found: Fit| {
+        let within = budget.apply(options);
+        let (errors, warning) = held_out(measurement, expression, &within, Some(&found.table), progress)?;
+        found.held_out = errors;
+        found.warnings.extend(warning);
+        Ok::<Fit, Error>(found)
     };
     let mut last = None;
     for budget in Budget::ALL {

@@ -313,7 +313,7 @@ impl ScaleError {
     pub fn parse(text: &str) -> Result<Self, Error> {
         let invalid = || {
             let expected = "a size such as 2% or 0.02, above 0 and at most 100%, and after a comma shared or per-channel";
-            Error::invalid(OptionName::ScaleError, expected, text.to_owned())
+            Error::invalid(OptionName::ScaleError, expected, short(text))
         };
         let (size, kind) = text.split_once(',').unwrap_or((text, "shared"));
         let (digits, unit) = size.trim().strip_suffix('%').map_or((size, 1.0), |digits| (digits, 0.01));

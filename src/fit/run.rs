@@ -6,7 +6,7 @@ use super::problem::observed::Observed;
 use super::problem::reflectance::ReflectanceProblem;
 use super::search::absent_lobes::minimise_escaping_absent_lobes;
 use super::search::best_start::SearchOutcome;
-use super::task::Task;
+use super::task::{SMALL, Task};
 use super::verdict::bootstrap;
 use super::verdict::hold_out::{Folds, HeldOut, Judged, put_together};
 use super::verdict::result::Fit;
@@ -25,7 +25,6 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
 
 /// Tolerances of the final fit. A predicted decrease of 1e-12 of the cost moves the parameters by about 1e-6 sqrt(n)
 /// standard errors.
@@ -77,17 +76,16 @@ pub fn fit(
 
     // Leave angles out in turn, and test the model on them.
     if let Some(folds) = folds {
-        let (held_out, warning) =
-            Testing { task: &task, measurement, folds: &folds, fitted_to_all: Some(&fit.table) }
-                .held_out(progress)?;
+        let testing = Testing { task: &task, measurement, folds: &folds, fitted_to_all: Some(&fit.table) };
+        let (held_out, warning) = testing.held_out(progress)?;
         fit.held_out = held_out;
         fit.warnings.extend(warning);
     }
     Ok(fit)
 }
 
-/// Only the errors of [`fit`] on what is left out, as `options` say; `None` if they leave nothing out, or if not all of its fits were
-/// finished.
+/// Only the errors of [`fit`] on what is left out, as `options` say, and its warning about them, which needs the values of the fit to all
+/// samples, if those are known; `None` if they leave nothing out, or if not all of its fits were finished.
 ///
 /// # Errors
 /// Like [`fit`].
@@ -95,14 +93,17 @@ pub(crate) fn held_out(
     measurement: &Measurement,
     expression: &Expression,
     options: &Options,
+    fitted_to_all: Option<&ParameterTable>,
     progress: &Arc<dyn Progress>,
-) -> Result<Option<HeldOut>, Error> {
+) -> Result<(Option<HeldOut>, Option<Warning>), Error> {
+    if options.hold_out.is_none() {
+        return Ok((None, None));
+    }
     let (expression, options) = &constrained(measurement, expression, options)?;
     let (samples, _) = prepare(measurement, expression, options)?;
-    let Some(folds) = folds(&samples, options, measurement)? else { return Ok(None) };
+    let Some(folds) = folds(&samples, options, measurement)? else { return Ok((None, None)) };
     let task = Task::new(expression, &samples, options);
-    let testing = Testing { task: &task, measurement, folds: &folds, fitted_to_all: None };
-    Ok(testing.held_out(progress)?.0)
+    Testing { task: &task, measurement, folds: &folds, fitted_to_all }.held_out(progress)
 }
 
 /// The folds that `options` ask for; `None` if they leave nothing out.
@@ -120,10 +121,6 @@ struct Testing<'a> {
     /// Its values; `None` if they are not to be compared.
     fitted_to_all: Option<&'a ParameterTable>,
 }
-
-/// Largest number of samples with which several folds are fitted at once. With more samples each fit divides its samples among the
-/// threads, so that only one copy of them is needed.
-const SMALL: usize = 50_000;
 
 impl Testing<'_> {
     /// Fits without each fold, and tests the model on the fold. If not all fits are finished, there is a warning in place of the
@@ -159,7 +156,7 @@ impl Testing<'_> {
     /// Fits without a fold, from the search on, and tests the model on the fold; `None` if the fit was stopped.
     fn fold(&self, fold: usize) -> Result<Option<Judged>, Error> {
         let Self { task, measurement, folds, fitted_to_all } = self;
-        if task.is_told_to_stop() {
+        if task.is_stopped() {
             return Ok(None);
         }
         let division = folds.divide(task.samples, fold);
@@ -204,13 +201,6 @@ impl Task<'_> {
         }
         self.fit_dead_channels(&mut table, found.objective)?;
         Ok(Minimum { problem, table, solution, found })
-    }
-
-    /// Whether a fit should not begin, because it would be stopped.
-    fn is_told_to_stop(&self) -> bool {
-        let limits = self.limits(0, None);
-        let told = limits.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
-        told || limits.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// Minimises on all samples from the values in the problem's table.

@@ -4,6 +4,7 @@ use super::options::Options;
 use super::problem::loss::Objective;
 use super::problem::observed::Observed;
 use super::problem::reflectance::ReflectanceProblem;
+use crate::math::count;
 use crate::measurement::{Draws, Samples};
 use crate::model::Expression;
 use crate::parameters::ParameterTable;
@@ -14,6 +15,10 @@ use std::time::Instant;
 
 /// Number of samples on which starts are polished.
 pub(super) const POLISH_SAMPLES: usize = 6000;
+
+/// Largest number of samples with which several fits of them run at once. With more samples each fit divides its samples among the
+/// threads, so that only one copy of them is needed.
+pub(super) const SMALL: usize = 50_000;
 
 /// A fit in progress.
 pub(super) struct Task<'a> {
@@ -48,6 +53,11 @@ impl<'a> Task<'a> {
         let Options { stop, deadline, .. } = self.options;
         let told = stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
         told || deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// The cost on some of the samples over that on all: weights are normalised, but those by sigma are not.
+    pub(super) fn share_of_cost(&self, some: &Samples) -> f64 {
+        if some.sigma.is_some() { count(some.len()) / count(self.samples.len()) } else { 1.0 }
     }
 
     /// Prepares samples for the metric of the fit.

@@ -7,8 +7,7 @@
 
 use super::record::{FoldRecord, HeldOutRecord, Report};
 use crate::fit::Metric;
-use crate::math::count;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use crate::math::{count, half_interval_of_student};
 
 /// Whether the folds tell the models of two reports apart: the one with the larger error on all samples held out also has the larger
 /// one in most folds, by a factor that chance does not explain (5 %). If the two did not leave out the same folds, or have fewer than
@@ -54,8 +53,7 @@ fn differ(ratios: &[f64], difference: f64) -> bool {
     let mean = ratios.iter().sum::<f64>() / folds;
     let variance = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum::<f64>() / (folds - 1.0);
     let std_error = (variance * (1.0 / folds + 1.0 / (folds - 1.0))).sqrt();
-    let quantile = StudentsT::new(0.0, 1.0, folds - 1.0).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
-    mean * difference > 0.0 && mean.abs() > quantile * std_error
+    mean * difference > 0.0 && mean.abs() > half_interval_of_student(folds - 1.0) * std_error
 }
 
 #[cfg(test)]

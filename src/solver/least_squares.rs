@@ -20,6 +20,11 @@ impl Rows {
         DVector::from_iterator(self.columns.len(), self.columns.iter().map(|column| p[*column]))
     }
 
+    /// J^T r, the share of these rows in half the gradient.
+    pub(crate) fn slope(&self) -> DVector<f64> {
+        self.jacobian.tr_mul(&self.residual)
+    }
+
     /// The columns of the parameters `wanted`, each divided by its parameter's entry in `units`.
     pub(super) fn scaled(&self, wanted: &[usize], units: &DVector<f64>) -> DMatrix<f64> {
         let place = |j: &usize| self.columns.iter().position(|column| column == j);

@@ -296,8 +296,9 @@ impl Comparison<'_> {
     fn held_out(&self, candidate: &Candidate) -> Option<Errors> {
         let options = Options { hold_out: Some(HOLD_OUT), ..candidate.options(self.options).ok()? };
         let quiet = Arc::new(Quiet) as Arc<dyn Progress>;
-        held_out(self.measurement, &candidate.expression, &options, &quiet)
+        held_out(self.measurement, &candidate.expression, &options, None, &quiet)
             .ok()?
+            .0
             .map(|held_out| held_out.errors)
     }
 

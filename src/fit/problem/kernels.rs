@@ -107,7 +107,7 @@ pub(super) enum Total<'a> {
     Triangle(&'a mut Triangle),
     /// Sums over groups of samples, and the group of each sample of the block.
     Groups(&'a mut GroupSums, &'a [u32]),
-    /// For each combination of columns, given by its weights, the square of the combination at each sample.
+    /// The square of each combination of columns at each sample.
     Squares(&'a Combinations, &'a mut [Row]),
 }
 
@@ -228,14 +228,12 @@ impl WithSimd for Compression<'_> {
             Total::Triangle(triangle) => triangle.append(columns),
             Total::Groups(groups, group_of) => groups.add(columns, group_of),
             Total::Squares(combinations, squares) => {
-                for (place, weights) in combinations {
+                for ((_, weights), squares) in combinations.iter().zip(squares) {
                     x.fill(0.0);
                     for (weight, column) in weights.iter().zip(columns.iter()) {
                         add_scaled(x, column, *weight);
                     }
-                    for (square, value) in squares[*place].iter_mut().zip(x.iter()) {
-                        *square += value * value;
-                    }
+                    squares.iter_mut().zip(x.iter()).for_each(|(square, value)| *square = value * value);
                 }
             }
         }

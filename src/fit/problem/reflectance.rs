@@ -204,9 +204,7 @@ impl<'a> ReflectanceProblem<'a> {
         group_of: &[u32],
     ) -> Vec<GroupSums> {
         assert_eq!(group_of.len(), self.observed.len(), "a group for each sample");
-        let mut table = self.table.clone();
-        table.set_coordinates(x.as_slice());
-        let table = table.off_zero();
+        let table = self.table_at(x);
         let context = Context::new(self, &table, Pass::Model);
         let size: usize = self.layouts.iter().map(|layout| GroupSums::size(layout.columns().len())).sum();
         let most = (MOST_ENTRIES / (groups * size).max(1)).clamp(1, RANGES);
@@ -226,28 +224,27 @@ impl<'a> ReflectanceProblem<'a> {
         total
     }
 
-    /// What each sample says of each of `number` combinations of parameters at `x`, all channels together, by combination and sample.
+    /// Adds up what the samples say of each of `number` combinations of parameters at `x`, all channels together: `add` is given the sum
+    /// so far, which begins as its default, and what each sample of a block says. Returns the sums of each range of blocks, in order.
     /// `combinations` has those that a channel takes part in, each with its weights of the channel's columns.
     #[must_use]
-    pub(in crate::fit) fn shares(
+    pub(in crate::fit) fn shares<S: Clone + Default + Send>(
         &self,
         x: &DVector<f64>,
         combinations: &[Combinations],
         number: usize,
-    ) -> Vec<Vec<f64>> {
+        add: impl Fn(&mut S, &[f64]) + Sync,
+    ) -> Vec<Vec<S>> {
         assert_eq!(combinations.len(), self.layouts.len(), "combinations of each channel");
-        let mut table = self.table.clone();
-        table.set_coordinates(x.as_slice());
-        let table = table.off_zero();
+        let table = self.table_at(x);
         let context = Context::new(self, &table, Pass::Model);
-        let parts: Vec<Vec<Vec<f64>>> = block_ranges(self.observed.len())
+        block_ranges(self.observed.len())
             .into_par_iter()
             .map_init(
                 || context.workspace(),
-                |work, blocks| context.shares(blocks, work, combinations, number),
+                |work, blocks| context.shares(blocks, work, combinations, number, &add),
             )
-            .collect();
-        (0..number).map(|place| parts.iter().flat_map(|part| part[place].iter().copied()).collect()).collect()
+            .collect()
     }
 
     /// The cost of each channel at `x`.
@@ -263,11 +260,16 @@ impl<'a> ReflectanceProblem<'a> {
         )
     }
 
-    /// The sums over all samples at `x`; `None` without samples.
-    fn gather(&self, x: &DVector<f64>, kind: Pass<'_>) -> Option<Gathered> {
+    /// The parameters at `x`, where derivatives exist.
+    fn table_at(&self, x: &DVector<f64>) -> ParameterTable {
         let mut table = self.table.clone();
         table.set_coordinates(x.as_slice());
-        let table = table.off_zero();
+        table.off_zero()
+    }
+
+    /// The sums over all samples at `x`; `None` without samples.
+    fn gather(&self, x: &DVector<f64>, kind: Pass<'_>) -> Option<Gathered> {
+        let table = self.table_at(x);
         let context = Context::new(self, &table, kind);
         let gathered: Vec<Gathered> = block_ranges(self.observed.len())
             .into_par_iter()
@@ -340,21 +342,33 @@ impl<'p, 'a> Context<'p, 'a> {
             costs: vec![0.0; layouts.len()],
             cost: 0.0,
         };
-        let Workspace { block, bases, scratch } = work;
         for index in blocks {
-            let block = self.problem.observed.block(index, block);
-            bases.iter_mut().for_each(BasisBlock::forget);
-            let of_channels = self.formula.sums().iter().zip(&mut result.triangles).zip(&mut result.costs);
-            for (channel, ((sums, triangle), channel_cost)) in of_channels.enumerate() {
-                let Some(observed) = self.problem.observed.channel_block(channel, index) else { continue };
-                self.formula.evaluate(channel, block, bases);
-                let kernel = self.kernel(channel, observed, block, bases, sums, scratch);
-                let cost = self.arch.dispatch(kernel.compressed_into(Total::Triangle(triangle)));
-                *channel_cost += cost;
+            let triangles = result.triangles.iter_mut().map(Total::Triangle);
+            self.block_into(index, work, triangles, |channel, cost| {
+                result.costs[channel] += cost;
                 result.cost += cost;
-            }
+            });
         }
         result
+    }
+
+    /// Computes the rows of one block for each channel that counts, adds them to the channel's total, and hands over the channel's cost.
+    fn block_into<'t>(
+        &self,
+        index: usize,
+        work: &mut Workspace,
+        totals: impl Iterator<Item = Total<'t>>,
+        mut cost: impl FnMut(usize, f64),
+    ) {
+        let Workspace { block, bases, scratch } = work;
+        let block = self.problem.observed.block(index, block);
+        bases.iter_mut().for_each(BasisBlock::forget);
+        for (channel, (sums, total)) in self.formula.sums().iter().zip(totals).enumerate() {
+            let Some(observed) = self.problem.observed.channel_block(channel, index) else { continue };
+            self.formula.evaluate(channel, block, bases);
+            let kernel = self.kernel(channel, observed, block, bases, sums, scratch);
+            cost(channel, self.arch.dispatch(kernel.compressed_into(total)));
+        }
     }
 
     /// Empty sums of each channel over `groups` groups.
@@ -371,46 +385,38 @@ impl<'p, 'a> Context<'p, 'a> {
         group_of: &[u32],
     ) -> Vec<GroupSums> {
         let mut result = self.no_sums(groups);
-        let Workspace { block, bases, scratch } = work;
         for index in blocks {
-            let block = self.problem.observed.block(index, block);
-            bases.iter_mut().for_each(BasisBlock::forget);
             let group_of = &group_of[index * BLOCK..group_of.len().min((index + 1) * BLOCK)];
-            for (channel, (sums, total)) in self.formula.sums().iter().zip(&mut result).enumerate() {
-                let Some(observed) = self.problem.observed.channel_block(channel, index) else { continue };
-                self.formula.evaluate(channel, block, bases);
-                let kernel = self.kernel(channel, observed, block, bases, sums, scratch);
-                self.arch.dispatch(kernel.compressed_into(Total::Groups(total, group_of)));
-            }
+            let totals = result.iter_mut().map(|sums| Total::Groups(sums, group_of));
+            self.block_into(index, work, totals, |_, _| ());
         }
         result
     }
 
-    /// What each sample of `blocks` says of each combination of parameters.
-    fn shares(
+    /// Adds up what the samples of `blocks` say of each combination of parameters.
+    fn shares<S: Clone + Default>(
         &self,
         blocks: Range<usize>,
         work: &mut Workspace,
         combinations: &[Combinations],
         number: usize,
-    ) -> Vec<Vec<f64>> {
-        let mut result = vec![Vec::with_capacity(blocks.len() * BLOCK); number];
+        add: &impl Fn(&mut S, &[f64]),
+    ) -> Vec<S> {
+        let mut result = vec![S::default(); number];
         let mut of_samples = vec![Row::filled(0.0); number];
-        let Workspace { block, bases, scratch } = work;
+        let mut of_channels: Vec<Vec<Row>> =
+            combinations.iter().map(|combinations| vec![Row::filled(0.0); combinations.len()]).collect();
         for index in blocks {
-            let block = self.problem.observed.block(index, block);
-            bases.iter_mut().for_each(BasisBlock::forget);
+            let totals = combinations.iter().zip(&mut of_channels);
+            let totals = totals.map(|(combinations, squares)| Total::Squares(combinations, squares));
+            self.block_into(index, work, totals, |_, _| ());
             of_samples.iter_mut().for_each(|row| row.fill(0.0));
-            for (channel, (sums, combinations)) in self.formula.sums().iter().zip(combinations).enumerate() {
-                let Some(observed) = self.problem.observed.channel_block(channel, index) else { continue };
-                self.formula.evaluate(channel, block, bases);
-                let kernel = self.kernel(channel, observed, block, bases, sums, scratch);
-                self.arch.dispatch(kernel.compressed_into(Total::Squares(combinations, &mut of_samples)));
+            let squares = combinations.iter().flatten().zip(of_channels.iter().flatten());
+            for ((place, _), squares) in squares {
+                of_samples[*place].iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
             }
             let samples = self.problem.observed.weights(index).len();
-            for (result, row) in result.iter_mut().zip(&of_samples) {
-                result.extend(row.iter().take(samples));
-            }
+            result.iter_mut().zip(&of_samples).for_each(|(sum, row)| add(sum, &row[..samples]));
         }
         result
     }

@@ -11,7 +11,7 @@ use super::warning::Warning;
 use crate::error::{Error, OptionName, short};
 use crate::fit::options::{Options, ScaleError};
 use crate::fit::problem::loss::Objective;
-use crate::fit::task::Task;
+use crate::fit::task::{SMALL, Task};
 use crate::math::count;
 use crate::measurement::{IncidenceGroups, Measurement, Samples};
 use crate::parameters::ParameterTable;
@@ -49,9 +49,6 @@ const LOOSE: Tolerances = Tolerances { step: 1e-5, cost: 1e-6, gradient: 1e-6, r
 /// Largest number of iterations. Fits that take more are creeping along a valley. They count with the values they have
 /// reached, because without them the errors would come out too small.
 const ITERATIONS: u64 = 20;
-/// Largest number of samples with which several fits run at once. With more samples each fit divides its samples among
-/// the threads, so that only one copy of them is needed.
-const SMALL: usize = 50_000;
 /// Number of fits that run at once. It affects neither which fits are made nor their results.
 const AT_ONCE: usize = 20;
 /// Makes the draw of factors differ from the other draws with the same seed.
@@ -181,8 +178,8 @@ struct Repeated {
 }
 
 impl Task<'_> {
-    /// Fits the groups, each counted as many times as `times` says, with the values of each channel multiplied by its factor; `None` if the fit was stopped or its cost is not
-    /// finite.
+    /// Fits the groups, each counted as many times as `times` says, with the values of each channel multiplied by its factor; `None` if the
+    /// fit was stopped or its cost is not finite.
     fn repeat(
         &self,
         objective: Objective,

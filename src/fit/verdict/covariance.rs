@@ -87,8 +87,6 @@ pub(super) struct CommonError<'c> {
     pub(super) each_channel: bool,
     /// The curvature of the cost beyond that of the linear model, by block.
     pub(super) curvature: &'c [DMatrix<f64>],
-    /// Sums over no groups, by block.
-    pub(super) no_sums: Vec<GroupSums>,
 }
 
 /// The covariance of the parameters that are free and not at a bound.
@@ -159,6 +157,13 @@ impl Known {
         let unit = |(row, length): (&usize, &f64)| table.rows()[*row].slope() / length;
         let units = DVector::from_iterator(rows.len(), rows.iter().zip(arrow.lengths.iter()).map(unit));
         Some(Self { inverse: arrow.inverse(), unknown: arrow.unknown(), rows, arrow, units })
+    }
+
+    /// The model of the parameters in some rows of the table.
+    fn of_rows(table: &ParameterTable, model: &Linearisation, rows: &[usize]) -> Option<Self> {
+        let all = table.free().iter().copied().enumerate();
+        let selected: Vec<(usize, usize)> = all.filter(|(_, row)| rows.binary_search(row).is_ok()).collect();
+        Self::new(table, model, table.free().len(), &selected)
     }
 
     /// The rows of the parameters that the data do not determine.
@@ -334,13 +339,11 @@ impl Covariance {
         model: &Linearisation,
         error: &CommonError<'_>,
     ) -> Self {
-        let places: Vec<(usize, usize)> = table.free().iter().copied().enumerate().collect();
-        let n = places.len();
+        let no_groups: Vec<GroupSums> =
+            model.blocks.iter().map(|rows| GroupSums::new(0, rows.columns.len())).collect();
         let moves = |rows: &[usize]| {
-            let selected: Vec<(usize, usize)> =
-                places.iter().copied().filter(|(_, row)| rows.binary_search(row).is_ok()).collect();
-            let known = Known::new(table, model, n, &selected)?;
-            let rows = GroupedRows { sums: &error.no_sums, curvature: error.curvature };
+            let known = Known::of_rows(table, model, rows)?;
+            let rows = GroupedRows { sums: &no_groups, curvature: error.curvature };
             let moves =
                 Jackknife::new(&known.arrow, model, rows)?.moves_by(&error.slopes, error.each_channel);
             Some(moves * DMatrix::from_diagonal(&known.units))
@@ -370,11 +373,8 @@ impl Covariance {
         table: &ParameterTable,
         model: &Linearisation,
     ) -> Option<Vec<Combinations>> {
-        let places = table.free().iter().copied().enumerate();
-        let selected: Vec<(usize, usize)> =
-            places.filter(|(_, row)| self.rows.binary_search(row).is_ok()).collect();
-        let known = Known::new(table, model, table.free().len(), &selected)?;
-        let place_of = |column: &usize| selected.iter().position(|(free, _)| free == column);
+        let known = Known::of_rows(table, model, &self.rows)?;
+        let place_of = |column: &usize| known.rows.binary_search(&table.free()[*column]).ok();
         let of_block = |columns: &[usize]| {
             let places: Vec<Option<usize>> = columns.iter().map(place_of).collect();
             let of_parameter = |i: &usize| {
@@ -411,8 +411,8 @@ impl Covariance {
     }
 
     /// The standard error of the parameter in a row of the table. `None` if the parameter is at a bound, held,
-    /// undetermined, dependent, discarded or decided by one group of samples. Also `None` instead of 0, because data without noise do not determine how
-    /// large the error is.
+    /// undetermined, dependent, discarded, or decided by one group of samples or by few samples. Also `None` instead of 0, because data
+    /// without noise do not determine how large the error is.
     #[must_use]
     pub fn std_error(&self, row: usize) -> Option<f64> {
         let i = self.position(row)?;

@@ -19,9 +19,8 @@ use crate::measurement::{Clusters, Weighting};
 use crate::parameters::{ParameterRow, ParameterTable, Status};
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::inverse::curvature::beyond_linear;
-use crate::solver::inverse::group_sums::GroupSums;
 use crate::solver::inverse::jackknife::GroupedRows;
-use crate::solver::{LeastSquares, Linearisation, Solution, Termination};
+use crate::solver::{LeastSquares, Linearisation, Rows, Solution, Termination};
 use nalgebra::{DMatrix, DVector};
 use std::cell::OnceCell;
 
@@ -61,14 +60,31 @@ impl Counts {
     }
 }
 
-/// What the covariance may rely on.
-struct Trust {
+/// What the covariance follows from.
+struct Reached<'r, 'p> {
+    problem: &'r ReflectanceProblem<'p>,
+    table: &'r ParameterTable,
+    solution: &'r Solution,
+    counts: &'r Counts,
     /// Whether the cost is a likelihood for the given standard deviations.
     absolute: bool,
     /// Whether a loss other than least squares was minimised.
     robust: bool,
     /// The reduced chi-square, if `absolute` and there are degrees of freedom.
     reduced_chi2: Option<f64>,
+}
+
+impl Reached<'_, '_> {
+    /// The covariance from the linear model.
+    fn covariance(&self, method: Method, noise: &Noise<'_>) -> Option<Covariance> {
+        Covariance::new(self.table, &self.solution.linearisation, method, noise, self.counts.freedom)
+    }
+
+    /// The rows of the sandwich for independent samples.
+    fn scatter(&self, arrow: &Arrow) -> Linearisation {
+        let typical = (self.solution.cost / self.counts.freedom).sqrt();
+        self.problem.scatter(&self.solution.x, |columns| arrow.root(columns), typical)
+    }
 }
 
 impl Task<'_> {
@@ -99,8 +115,16 @@ impl Task<'_> {
         };
         let Counts { n, free, dof, freedom } = counts;
         let reduced_chi2 = (absolute && dof > 0).then(|| likelihood / freedom);
-        let trust = Trust { absolute, robust, reduced_chi2 };
-        let covariance = self.covariance(problem, &table, &solution, &counts, &trust);
+        let reached = Reached {
+            problem,
+            table: &table,
+            solution: &solution,
+            counts: &counts,
+            absolute,
+            robust,
+            reduced_chi2,
+        };
+        let covariance = self.covariance(&reached);
         // Without the formula's covariance it is unknown which parameters are determined.
         let resampled = resampled.filter(|_| covariance.is_some());
         let covariance = match &resampled {
@@ -173,32 +197,22 @@ impl Task<'_> {
     }
 
     /// The covariance; `None` if the fit was cut short, because then it is not at a minimum.
-    fn covariance(
-        &self,
-        problem: &ReflectanceProblem<'_>,
-        table: &ParameterTable,
-        solution: &Solution,
-        counts: &Counts,
-        trust: &Trust,
-    ) -> Option<Covariance> {
+    fn covariance(&self, reached: &Reached<'_, '_>) -> Option<Covariance> {
+        let Reached { problem, table, solution, .. } = *reached;
         if !solution.termination.converged() {
             return None;
         }
         let by_groups = matches!(self.options.uncertainty, Uncertainty::Clustered | Uncertainty::Profile);
-        let grouped = by_groups && !self.suffices(trust, counts);
-        let curvature = if grouped || self.options.scale_error.is_some() {
-            self.curvature(table, solution, problem.objective())
-        } else {
-            Vec::new()
-        };
-        let clustered =
-            if grouped { self.clustered(problem, table, solution, counts, &curvature) } else { None };
-        let mut covariance = clustered.or_else(|| self.formula(problem, table, solution, counts, trust))?;
+        let grouped = by_groups && !self.suffices(reached);
+        let curvature =
+            if grouped || self.options.scale_error.is_some() { self.curvature(reached) } else { Vec::new() };
+        let clustered = if grouped { self.clustered(reached, &curvature) } else { None };
+        let mut covariance = clustered.or_else(|| self.formula(reached))?;
         if let Some(scale_error) = self.options.scale_error {
-            let error = self.common_error(scale_error, table, solution, problem.objective(), &curvature);
+            let error = self.common_error(scale_error, reached, &curvature);
             covariance = covariance.with_common_error(table, &solution.linearisation, &error);
         }
-        if trust.robust {
+        if reached.robust {
             covariance.discard(self.discarded(table, solution));
         }
         covariance.decided_by_few(self.decided_by_few(problem, table, solution, &covariance));
@@ -207,41 +221,30 @@ impl Task<'_> {
 
     /// Whether the given standard deviations suffice for the covariance: the user says that they have the right proportions, or the
     /// residuals are no larger than they say.
-    fn suffices(&self, trust: &Trust, counts: &Counts) -> bool {
-        let Some(reduced) = trust.reduced_chi2 else { return false };
-        let exceeds = reduced > 1.0 && warnings::is_far_from_one(reduced, counts.freedom);
+    fn suffices(&self, reached: &Reached<'_, '_>) -> bool {
+        let Some(reduced) = reached.reduced_chi2 else { return false };
+        let exceeds = reduced > 1.0 && warnings::is_far_from_one(reduced, reached.counts.freedom);
         self.options.sigma_scale == SigmaScale::Auto || !exceeds
     }
 
     /// The covariance from groups of samples that err together: the widest groups of which none decides a parameter alone or, if there are
     /// no such groups, the widest. `None` if there are too few groups.
-    fn clustered(
-        &self,
-        problem: &ReflectanceProblem<'_>,
-        table: &ParameterTable,
-        solution: &Solution,
-        counts: &Counts,
-        curvature: &[DMatrix<f64>],
-    ) -> Option<Covariance> {
-        let typical = (solution.cost / counts.freedom).sqrt();
+    fn clustered(&self, reached: &Reached<'_, '_>, curvature: &[DMatrix<f64>]) -> Option<Covariance> {
         let cached = OnceCell::new();
-        let scatter = |arrow: &Arrow| -> Linearisation {
-            let scatter = || problem.scatter(&solution.x, |columns| arrow.root(columns), typical);
-            cached.get_or_init(scatter).clone()
-        };
+        let scatter =
+            |arrow: &Arrow| -> Linearisation { cached.get_or_init(|| reached.scatter(arrow)).clone() };
         let is_sparse = self.samples.len() <= MOST_SPARSE;
         let mut first = None;
-        for clusters in self.samples.clusters(problem.most_columns()) {
+        for clusters in self.samples.clusters(reached.problem.most_columns()) {
             let Clusters { kind, width_deg, groups, of_sample } = clusters;
-            if first.is_some() && groups * table.free().len() > MOST_WORK {
+            if first.is_some() && groups * reached.table.free().len() > MOST_WORK {
                 break;
             }
-            let sums = problem.group_sums(&solution.x, groups, &of_sample);
+            let sums = reached.problem.group_sums(&reached.solution.x, groups, &of_sample);
             let rows = GroupedRows { sums: &sums, curvature };
             let scatter: Option<&dyn Fn(&Arrow) -> Linearisation> = is_sparse.then_some(&scatter);
             let noise = Noise::Groups(Grouping { kind, width_deg, groups }, rows, scatter);
-            let method = Method::Clustered;
-            let found = Covariance::new(table, &solution.linearisation, method, &noise, counts.freedom)?;
+            let found = reached.covariance(Method::Clustered, &noise)?;
             if found.decided_by_one.is_empty() {
                 return Some(found);
             }
@@ -251,20 +254,13 @@ impl Task<'_> {
     }
 
     /// The curvature of the cost beyond that of the linear model, in the blocks of the model.
-    fn curvature(
-        &self,
-        table: &ParameterTable,
-        solution: &Solution,
-        objective: Objective,
-    ) -> Vec<DMatrix<f64>> {
+    fn curvature(&self, reached: &Reached<'_, '_>) -> Vec<DMatrix<f64>> {
         let samples = self.draws.part(CURVATURE_SAMPLES, self.options.seed);
-        let problem = self.problem(&self.observe(&samples), table.clone(), objective);
-        let mut curvature = beyond_linear(&problem, &solution.x);
-        // Weights by sigma are not normalised.
-        if samples.sigma.is_some() {
-            let ratio = count(self.samples.len()) / count(samples.len());
-            curvature.iter_mut().for_each(|matrix| *matrix *= ratio);
-        }
+        let objective = reached.problem.objective();
+        let problem = self.problem(&self.observe(&samples), reached.table.clone(), objective);
+        let mut curvature = beyond_linear(&problem, &reached.solution.x);
+        let share = self.share_of_cost(&samples);
+        curvature.iter_mut().for_each(|matrix| *matrix /= share);
         curvature
     }
 
@@ -272,49 +268,34 @@ impl Task<'_> {
     fn common_error<'c>(
         &self,
         scale_error: ScaleError,
-        table: &ParameterTable,
-        solution: &Solution,
-        objective: Objective,
+        reached: &Reached<'_, '_>,
         curvature: &'c [DMatrix<f64>],
     ) -> CommonError<'c> {
         let slopes = |factor: f64| -> Vec<DVector<f64>> {
             let samples = self.samples.clone().scaled(&vec![factor; self.samples.values.len()]);
-            let problem = self.problem(&self.observe(&samples), table.clone(), objective);
-            let blocks = problem.linearise(&solution.x).blocks;
-            blocks.iter().map(|rows| rows.jacobian.tr_mul(&rows.residual)).collect()
+            let objective = reached.problem.objective();
+            let problem = self.problem(&self.observe(&samples), reached.table.clone(), objective);
+            problem.linearise(&reached.solution.x).blocks.iter().map(Rows::slope).collect()
         };
         let (below, above) = (slopes(1.0 - SCALE_STEP), slopes(1.0 + SCALE_STEP));
         let by = scale_error.relative / (2.0 * SCALE_STEP);
-        let columns = solution.linearisation.blocks.iter().map(|rows| rows.columns.len());
         CommonError {
             slopes: below.iter().zip(&above).map(|(below, above)| (above - below) * by).collect(),
             each_channel: scale_error.per_channel,
             curvature,
-            no_sums: columns.map(|columns| GroupSums::new(0, columns)).collect(),
         }
     }
 
     /// The covariance by the formula for independent samples.
-    fn formula(
-        &self,
-        problem: &ReflectanceProblem<'_>,
-        table: &ParameterTable,
-        solution: &Solution,
-        counts: &Counts,
-        trust: &Trust,
-    ) -> Option<Covariance> {
-        let Trust { absolute, .. } = *trust;
-        let typical = (solution.cost / counts.freedom).sqrt();
+    fn formula(&self, reached: &Reached<'_, '_>) -> Option<Covariance> {
+        let Reached { problem, solution, absolute, .. } = *reached;
         let given = if absolute { problem.given_noise(&solution.x) } else { None };
-        let scatter = |inverse: &Arrow| match &given {
-            Some(given) => given.clone(),
-            None => problem.scatter(&solution.x, |columns| inverse.root(columns), typical),
-        };
+        let scatter = |arrow: &Arrow| given.clone().unwrap_or_else(|| reached.scatter(arrow));
         let method = if absolute { Method::Absolute } else { Method::Sandwich };
         let noise = if absolute && given.is_none() { Noise::Unit } else { Noise::Rows(&scatter) };
-        let covariance = Covariance::new(table, &solution.linearisation, method, &noise, counts.freedom)?;
-        Some(match (self.options.sigma_scale, trust.reduced_chi2) {
-            (SigmaScale::Auto, Some(chi2)) => covariance.scaled(chi2, counts.freedom),
+        let covariance = reached.covariance(method, &noise)?;
+        Some(match (self.options.sigma_scale, reached.reduced_chi2) {
+            (SigmaScale::Auto, Some(chi2)) => covariance.scaled(chi2, reached.counts.freedom),
             _ => covariance,
         })
     }

@@ -30,6 +30,8 @@ const FIRST_STEP: f64 = 0.02;
 const GROWTH: f64 = 1.7;
 /// Largest number of steps outwards, and of those between the last two.
 const MOST_STEPS: usize = 30;
+/// Half of a 95 % interval in standard deviations, where the noise is that of all residuals.
+pub(super) const HALF_INTERVAL: f64 = 1.96;
 /// Precision of an end, as a fraction of its distance from the best value.
 const PRECISION: f64 = 2e-3;
 
@@ -44,7 +46,6 @@ pub(super) struct Valley<'t> {
 }
 
 /// A point of a profile.
-#[derive(Clone)]
 struct Point {
     /// The coordinate of the parameter that is held.
     at: f64,
@@ -69,9 +70,7 @@ impl Task<'_> {
         progress.stage("profiling");
         let samples = self.draws.part(SAMPLES, self.options.seed);
         let valley = self.valley(&samples, &fit.table, objective)?;
-        // Weights by sigma are not normalised.
-        let share =
-            if samples.sigma.is_some() { count(samples.len()) / count(self.samples.len()) } else { 1.0 };
+        let share = self.share_of_cost(&samples);
         let wanted = wanted_rises(fit, covariance);
         let done = AtomicU64::new(0);
         let interval = |(row, rise): &(usize, f64)| {
@@ -81,9 +80,7 @@ impl Task<'_> {
         };
         wanted.par_iter().map(interval).collect::<Result<Vec<_>, Error>>().map(Some)
     }
-}
 
-impl Task<'_> {
     /// The cost around its minimum on some samples, starting from the values in `table`.
     pub(super) fn valley<'t>(
         &'t self,
@@ -109,7 +106,7 @@ fn wanted_rises(fit: &Fit, covariance: &Covariance) -> Vec<(usize, f64)> {
     };
     let known: Vec<Option<f64>> = covariance.rows.iter().map(|row| linear(*row)).collect();
     let freedom = count(usize::try_from(fit.dof).unwrap_or(0).max(1));
-    let by_scatter = 1.96 * (fit.cost / freedom).sqrt();
+    let by_scatter = HALF_INTERVAL * (fit.cost / freedom).sqrt();
     let largest = known.iter().flatten().copied().fold(by_scatter, f64::max);
     covariance.rows.iter().zip(known).map(|(row, rise)| (*row, rise.unwrap_or(largest))).collect()
 }

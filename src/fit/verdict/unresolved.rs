@@ -7,10 +7,12 @@
 //! to see it.
 
 use super::covariance::Covariance;
+use super::profile::HALF_INTERVAL;
 use super::profiled_interval::ProfiledInterval;
 use super::result::Fit;
 use super::warning::Warning;
 use crate::error::Error;
+use crate::fit::problem::kernels::Combinations;
 use crate::fit::problem::reflectance::ReflectanceProblem;
 use crate::fit::task::Task;
 use crate::math::count;
@@ -25,8 +27,6 @@ const LEAST_DECIDING: f64 = 3.0;
 const MOST_SPARSE: usize = 100_000;
 /// A sample is in the peak if it has more than this share in what is known of the peak's width.
 const IN_PEAK: f64 = 0.02;
-/// Half of a 95 % interval in standard deviations.
-const HALF_INTERVAL: f64 = 1.96;
 
 impl Task<'_> {
     /// The rows that fewer than three samples decide.
@@ -43,8 +43,11 @@ impl Task<'_> {
         let Some(combinations) = covariance.combinations(table, &solution.linearisation) else {
             return Vec::new();
         };
-        let shares = problem.shares(&solution.x, &combinations, covariance.rows.len());
-        let few = covariance.rows.iter().zip(shares).filter(|(_, shares)| deciding(shares) < LEAST_DECIDING);
+        let parts: Vec<Vec<Deciding>> =
+            problem.shares(&solution.x, &combinations, covariance.rows.len(), Deciding::add);
+        let mut all = vec![Deciding::default(); covariance.rows.len()];
+        parts.iter().for_each(|part| all.iter_mut().zip(part).for_each(|(all, part)| all.merge(part)));
+        let few = covariance.rows.iter().zip(&all).filter(|(_, all)| all.samples() < LEAST_DECIDING);
         few.map(|(row, _)| *row).collect()
     }
 
@@ -104,10 +107,21 @@ impl Task<'_> {
         ) else {
             return Ok(None);
         };
-        let shares = problem.shares(&x, &combinations, covariance.rows.len());
-        let total: f64 = shares[place].iter().sum();
+        let of_row = combinations.into_iter().map(|of_channel| {
+            of_channel
+                .into_iter()
+                .filter(|(other, _)| *other == place)
+                .map(|(_, weights)| (0, weights))
+                .collect()
+        });
+        let parts =
+            problem.shares(&x, &of_row.collect::<Vec<Combinations>>(), 1, |all: &mut Vec<f64>, part| {
+                all.extend_from_slice(part);
+            });
+        let shares: Vec<f64> = parts.concat().concat();
+        let total: f64 = shares.iter().sum();
         let is_beside = |(_, share): &(usize, &f64)| **share <= IN_PEAK * total;
-        let beside: Vec<usize> = shares[place].iter().enumerate().filter(is_beside).map(|(k, _)| k).collect();
+        let beside: Vec<usize> = shares.iter().enumerate().filter(is_beside).map(|(k, _)| k).collect();
         if beside.is_empty() {
             return Ok(None);
         }
@@ -121,19 +135,46 @@ impl Task<'_> {
     }
 }
 
-/// The number of samples that decide a parameter, given what each says of it.
-fn deciding(shares: &[f64]) -> f64 {
-    let sum: f64 = shares.iter().sum();
-    sum * sum / shares.iter().map(|share| share * share).sum::<f64>()
+/// How many samples decide a parameter.
+#[derive(Clone, Copy, Default)]
+struct Deciding {
+    /// The sum of what the samples say of it, and of the squares of that.
+    sum: f64,
+    squares: f64,
+}
+
+impl Deciding {
+    /// Adds samples, given what each says.
+    fn add(&mut self, shares: &[f64]) {
+        self.merge(&Self {
+            sum: shares.iter().sum(),
+            squares: shares.iter().map(|share| share * share).sum(),
+        });
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.sum += other.sum;
+        self.squares += other.squares;
+    }
+
+    /// The number of samples, where those that say little count less.
+    fn samples(&self) -> f64 {
+        self.sum * self.sum / self.squares
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::deciding;
+    use super::Deciding;
     use approx::assert_relative_eq;
 
     #[test]
     fn equal_samples_count_fully() {
+        let deciding = |shares: &[f64]| {
+            let mut all = Deciding::default();
+            all.add(shares);
+            all.samples()
+        };
         assert_relative_eq!(deciding(&[2.0; 7]), 7.0);
         assert_relative_eq!(deciding(&[1.0, 0.0, 0.0]), 1.0);
     }

@@ -29,9 +29,8 @@ pub(crate) fn beyond_linear(problem: &impl LeastSquares, x: &DVector<f64>) -> Ve
         for (block, rows) in model.blocks.iter().enumerate() {
             let Some(place) = rows.columns.iter().position(|column| moved.contains(column)) else { continue };
             let column = rows.columns[place];
-            let slope =
-                |model: &Linearisation| model.blocks[block].jacobian.tr_mul(&model.blocks[block].residual);
-            let difference = (slope(&at_above) - slope(&at_below)) / (above[column] - below[column]);
+            let change = at_above.blocks[block].slope() - at_below.blocks[block].slope();
+            let difference = change / (above[column] - below[column]);
             result[block].set_column(place, &difference);
         }
     }
