@@ -439,6 +439,14 @@ pub(crate) fn plain(error: &std::io::Error) -> String {
     text.split(" (os error").next().unwrap_or(&text).to_owned()
 }
 
+/// A number for people: with so many decimals, or as a power of ten where that would be long. A file may hold anything.
+#[must_use]
+pub fn rounded(value: f64, decimals: usize) -> String {
+    /// From here on, digits before the point say nothing.
+    const LONG: f64 = 1e7;
+    if value.abs() < LONG { format!("{value:.decimals$}") } else { format!("{value:.3e}") }
+}
+
 /// A piece of a file's content for a one-line message: shortened, without control characters, in quotes.
 #[doc(hidden)]
 #[must_use]

@@ -98,6 +98,7 @@
 
 mod brdf;
 mod builder;
+pub mod doctor;
 pub mod error;
 pub mod fit;
 pub mod geometry;

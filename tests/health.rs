@@ -245,7 +245,7 @@ fn merl() -> Directions {
 }
 
 /// The kinds of the findings about a measurement, and whether it is sound.
-fn verdict(data: &Measurement) -> (Vec<&'static str>, bool) {
+fn verdict(data: &Measurement) -> (Vec<&'static str>, Option<bool>) {
     let health = health::measurement(data);
     (health.findings.iter().map(|finding| finding.kind).collect(), health.sound)
 }
@@ -270,17 +270,16 @@ fn the_sum_over_a_table_is_not_its_albedo() {
             assert!(albedo.value + albedo.error >= 0.98, "{text} {set:?}: {albedo:?}");
             assert!(albedo.unmeasured < 1e-12, "{albedo:?}");
         }
-        assert!(health.sound, "{text} {set:?}: {:?}", health.findings);
-        assert_eq!(verdict(&data).0, ["unresolved"], "{text} {set:?}");
+        assert_eq!(verdict(&data), (vec!["unresolved"], None), "{text} {set:?}");
         assert!(
-            health.findings[0].text.starts_with("cannot tell whether the albedo"),
+            health.findings[0].text.starts_with("cannot tell whether an albedo"),
             "{:?}",
             health.findings
         );
     }
     // What reflects a tenth more than arrives is told as before, and half of the light raises no doubt.
-    assert_eq!(verdict(&measured("lambert", &[("kd", 1.1)], merl())), (vec!["gains-energy"], false));
-    assert_eq!(verdict(&measured("lambert", &[("kd", 0.5)], merl())), (vec![], true));
+    assert_eq!(verdict(&measured("lambert", &[("kd", 1.1)], merl())), (vec!["gains-energy"], Some(false)));
+    assert_eq!(verdict(&measured("lambert", &[("kd", 0.5)], merl())), (vec![], Some(true)));
 }
 
 /// Where only the peak was measured, the mean of what was measured is not the albedo.
@@ -292,11 +291,11 @@ fn directions_without_values_prove_nothing() {
     let health = health::measurement(&data);
     let albedo = &health.channels[0].albedo.as_ref().unwrap()[2];
     assert!(albedo.value > 2.0 && albedo.unmeasured > 0.5, "{albedo:?}");
-    assert!(health.sound, "{:?}", health.findings);
+    assert_eq!(health.sound, None, "{:?}", health.findings);
     assert!(health.findings[0].text.contains("% of the directions have no value"), "{:?}", health.findings);
     // Light that was measured is enough to prove a violation, whatever is missing.
     data.values[0].iter_mut().for_each(|f| *f *= 1.5);
-    assert_eq!(verdict(&data), (vec!["gains-energy"], false));
+    assert_eq!(verdict(&data), (vec!["gains-energy"], Some(false)));
 }
 
 /// The flank of a mirror-like peak, measured both ways to a quarter of a degree. The model is reciprocal; the difference comes from the angles.
@@ -318,12 +317,13 @@ fn directions_that_hardly_agree_do_not_disprove_reciprocity() {
         "{:?}",
         health.reciprocity_error
     );
-    assert_eq!(verdict(&data), (vec!["unresolved"], true));
+    assert_eq!(verdict(&data), (vec!["unresolved"], None));
     // With exactly exchanged directions nothing but the values can differ.
     let mut exact = measured("cook-torrance", &set, both_ways(0.0));
-    assert_eq!(verdict(&exact), (vec![], true));
+    // A single angle of incidence says nothing about energy.
+    assert_eq!(verdict(&exact), (vec![], None));
     exact.values[0].iter_mut().step_by(2).for_each(|f| *f *= 1.5);
-    assert_eq!(verdict(&exact), (vec!["not-reciprocal"], false));
+    assert_eq!(verdict(&exact), (vec!["not-reciprocal"], Some(false)));
 }
 
 /// Angles of a facet's normal, radians.

@@ -13,6 +13,7 @@ mod common;
 mod correlated;
 mod derivatives;
 #[cfg(feature = "cli")]
+mod doctor;
 mod doubt;
 mod extremes;
 #[cfg(feature = "plot")]

@@ -4,6 +4,7 @@ use super::terminal::{Terminal, write_shown};
 use brdfit::Error;
 use brdfit::error::OptionName;
 use brdfit::lines::Lines;
+use brdfit::measurement::Doubt;
 use brdfit::report::{Report, WarningRecord, lines};
 use std::io::{self, Write as _};
 
@@ -15,6 +16,14 @@ pub fn message(error: &Error) -> String {
 /// An option as it is typed, such as `--hold-out`.
 pub fn typed(option: OptionName) -> String {
     format!("--{option}")
+}
+
+/// A doubt, and the options that would read the file otherwise.
+pub fn doubted(doubt: &Doubt) -> String {
+    let option =
+        |(option, value): (OptionName, String)| format!("{} {value}", typed(option)).trim_end().to_owned();
+    let options: Vec<String> = doubt.suggestions().into_iter().map(option).collect();
+    if options.is_empty() { doubt.to_string() } else { format!("{doubt} ({})", options.join(" or ")) }
 }
 
 /// Prints the message of an error.

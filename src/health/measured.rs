@@ -1,6 +1,10 @@
 //! Checks that a measurement obeys physics.
 
-use super::{ALBEDO_SLACK, Finding, SCHEMA, mismatch};
+use super::channel::{MeasuredAlbedo, MeasuredChannel, Negative};
+use super::judged::{Exchanged, Judged, Law};
+use super::laws::sketch::Sketch;
+use super::laws::{exchange, hemisphere};
+use super::{Finding, SCHEMA, mismatch};
 use crate::geometry::{Directions, HalfDifferenceGrid};
 use crate::math::count;
 use crate::measurement::{Measurement, coverage};
@@ -10,10 +14,6 @@ use serde::Serialize;
 pub const NOISE_SIGMAS: f64 = 5.0;
 /// Without standard deviations, a value below 0 by more than this share of the mean of abs(f) is not noise.
 pub const NOISE_SHARE: f64 = 0.05;
-/// Relative rms difference of pairs measured both ways above which a measurement is not reciprocal.
-pub const RECIPROCITY_LIMIT: f64 = 0.2;
-/// Relative rms difference of pairs measured both ways above which a warning is given.
-pub const RECIPROCITY_WARNING: f64 = 0.05;
 /// Width of the ranges of incidence over which albedos are averaged, degrees.
 const RANGE_DEG: f64 = 10.0;
 /// Number of ranges of incidence: up to 80 degrees.
@@ -36,8 +36,10 @@ pub struct MeasurementHealth {
     pub sha256: String,
     /// Number of samples that were checked.
     pub samples: usize,
-    /// Whether no finding breaks physics.
-    pub sound: bool,
+    /// Whether every law holds; null if some were not judged and none is broken.
+    pub sound: Option<bool>,
+    /// What each law says.
+    pub laws: Vec<Law>,
     /// Relative root mean square difference of pairs measured both ways, over all channels; null if there are no such pairs.
     pub reciprocity: Option<f64>,
     /// The part of that difference that may come from directions that agree to half a degree only; null if there are no such pairs.
@@ -50,47 +52,12 @@ pub struct MeasurementHealth {
     pub findings: Vec<Finding>,
 }
 
-/// The result of checking one channel.
-#[derive(Clone, Debug, Serialize)]
-pub struct MeasuredChannel {
-    /// Its name.
-    pub name: String,
-    /// Values below 0.
-    pub negative: Negative,
-    /// Albedo per range of incidence; null if the solid angles of the samples are unknown.
-    pub albedo: Option<Vec<MeasuredAlbedo>>,
-}
-
-/// Values below 0.
-#[derive(Clone, Debug, Serialize)]
-pub struct Negative {
-    /// Number of values below 0.
-    pub values: usize,
-    /// Number of those that are too far below 0 to be noise.
-    pub beyond_noise: usize,
-    /// The smallest of all values, 1/sr.
-    pub least: f64,
-}
-
-/// The albedo in a range of incidence.
-#[derive(Clone, Debug, Serialize)]
-pub struct MeasuredAlbedo {
-    /// Smallest and largest angle of incidence, degrees.
-    pub theta_i_deg: [f64; 2],
-    /// The mean albedo over this range.
-    pub value: f64,
-    /// Error of integrating over the table's cells, which may be too coarse for a narrow peak: the largest difference that taking every
-    /// other row along the three axes makes, and by how much the cells of the range miss or exceed its solid angle.
-    pub error: f64,
-    /// Share of the directions, by solid angle and cosine, that have no value. The albedo takes them to be like the others.
-    pub unmeasured: f64,
-}
-
 /// Checks a measurement.
 #[must_use]
 pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
     let coverage = coverage(measurement);
-    let albedos = albedos(measurement);
+    let scattered = || Some(hemisphere::albedos(measurement)).filter(|albedos| !albedos.is_empty());
+    let albedos = albedos_of_cells(measurement, 1).or_else(scattered);
     let mut channels = Vec::new();
     for (index, (channel, row)) in measurement.channels.iter().zip(&measurement.values).enumerate() {
         let sigma = measurement.sigma.as_ref().map(|sigma| sigma[index].as_slice());
@@ -102,7 +69,17 @@ pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
     }
     let (reciprocity, reciprocity_pairs) = coverage.reciprocity.unzip();
     let reciprocity_error = mismatch::explained(measurement);
-    let findings = findings(&channels, reciprocity, reciprocity_error.unwrap_or(0.0));
+    let exchanged = reciprocity.zip(reciprocity_pairs).map(|(difference, pairs)| Exchanged {
+        difference,
+        explained: reciprocity_error.unwrap_or(0.0),
+        pairs,
+    });
+    let mut judged = Judged::default();
+    judged.directions(&measurement.doubts);
+    judged.sign(&channels);
+    let cosine = Sketch::new(measurement).as_ref().and_then(exchange::cosine);
+    judged.reciprocity(measurement.directions.is_grid(), exchanged, cosine);
+    judged.energy(&channels);
     MeasurementHealth {
         schema: SCHEMA,
         version: env!("CARGO_PKG_VERSION"),
@@ -111,12 +88,13 @@ pub fn measurement(measurement: &Measurement) -> MeasurementHealth {
         format: measurement.source.format,
         sha256: measurement.source.sha256.clone(),
         samples: measurement.directions.len(),
-        sound: findings.iter().all(|finding| !finding.breaks),
+        sound: judged.sound(),
         reciprocity,
         reciprocity_error,
         reciprocity_pairs: reciprocity_pairs.unwrap_or(0),
         channels,
-        findings,
+        laws: judged.laws,
+        findings: judged.findings,
     }
 }
 
@@ -176,12 +154,14 @@ fn cos_of_range(range: u8) -> f64 {
 }
 
 /// Albedos by channel and range of incidence: pi times the mean of f over outgoing directions, weighted by solid angle
-/// and cosine. `None` if the solid angles of the samples are unknown.
-fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
+/// and cosine, from every so many cells of a table. `None` if the samples are no cells of a table.
+pub(crate) fn albedos_of_cells(measurement: &Measurement, step: usize) -> Option<Vec<Vec<MeasuredAlbedo>>> {
     let Directions::Grid { grid, cells } = &measurement.directions else { return None };
     let ranges = usize::from(RANGES);
     let mut sums = vec![vec![[Part::default(); PARTS]; ranges]; measurement.values.len()];
-    for (index, &cell) in cells.iter().enumerate() {
+    let looked_at = |cell: &u32| usize::try_from(*cell).is_ok_and(|cell| cell.is_multiple_of(step));
+    for (index, cell) in cells.iter().enumerate().filter(|(_, cell)| looked_at(cell)) {
+        let cell = *cell;
         for (range, part, weight) in places(grid, cell) {
             let measured = sums.iter_mut().zip(&measurement.values).filter(|(_, row)| !row[index].is_nan());
             for (sums, row) in measured {
@@ -193,7 +173,7 @@ fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
     }
     // What the weights add up to if every cell has a value, and what they should add up to.
     let mut whole = vec![0.0; ranges];
-    for cell in (0..HalfDifferenceGrid::CELLS).filter_map(|cell| u32::try_from(cell).ok()) {
+    for cell in (0..HalfDifferenceGrid::CELLS).step_by(step).filter_map(|cell| u32::try_from(cell).ok()) {
         places(grid, cell).for_each(|(range, _, weight)| whole[range] += weight);
     }
     let exact = |k: u8| {
@@ -207,103 +187,19 @@ fn albedos(measurement: &Measurement) -> Option<Vec<Vec<MeasuredAlbedo>>> {
         let value = all.albedo();
         // A sum over cells is not the integral: an eighth of the cells gives another sum, and the cells of a range do not fill it.
         let between = known.iter().map(|part| (part.albedo() - value).abs()).fold(0.0, f64::max);
-        let fill = value.abs() * (whole / exact(k) - 1.0).abs();
+        let fill = value.abs() * (count(step) * whole / exact(k) - 1.0).abs();
+        let (error, unmeasured) = (between + fill, (1.0 - weight / whole).max(0.0));
         (known.len() > 1).then_some(MeasuredAlbedo {
             theta_i_deg: [RANGE_DEG * f64::from(k), RANGE_DEG * f64::from(k + 1)],
             value,
-            error: between + fill,
-            unmeasured: (1.0 - weight / whole).max(0.0),
+            error,
+            // Light that was not measured may be missing, and no more is known about it.
+            at_least: value * (1.0 - unmeasured) - error,
+            at_most: value + error,
+            unmeasured,
         })
     };
     let of_channel =
         |sums: Vec<[Part; PARTS]>| sums.into_iter().zip(&whole).zip(0..RANGES).filter_map(of_range).collect();
     Some(sums.into_iter().map(of_channel).collect())
 }
-
-fn findings(channels: &[MeasuredChannel], reciprocity: Option<f64>, explained: f64) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for channel in channels {
-        let mut add = |kind, breaks, text| {
-            findings.push(Finding { kind, breaks, channel: Some(channel.name.clone()), text });
-        };
-        let n = &channel.negative;
-        if n.beyond_noise > 0 {
-            add(
-                "negative",
-                true,
-                format!(
-                    "{} values are below 0 by more than the noise, the lowest is {:.4e} 1/sr",
-                    n.beyond_noise, n.least
-                ),
-            );
-        } else if n.values > 0 {
-            add(
-                "negative",
-                false,
-                format!(
-                    "{} values are below 0 within the noise, the lowest is {:.4e} 1/sr",
-                    n.values, n.least
-                ),
-            );
-        }
-        add_energy(channel.albedo.as_deref().unwrap_or_default(), add);
-    }
-    if let Some(difference) = reciprocity.filter(|difference| *difference > RECIPROCITY_WARNING) {
-        let [percent, may_be] = [difference, explained].map(|share| 100.0 * share);
-        let differ = format!("pairs of directions measured both ways differ by {percent:.1} % rms");
-        // Only what the directions do not explain is the measurement's.
-        let own = difference - explained;
-        let (kind, breaks, text) = if own > RECIPROCITY_WARNING {
-            let but = if own > RECIPROCITY_LIMIT || difference <= RECIPROCITY_LIMIT || explained == 0.0 {
-                String::new()
-            } else {
-                format!(
-                    ", of which up to {may_be:.1} % may come from directions that agree to half a degree only"
-                )
-            };
-            ("not-reciprocal", own > RECIPROCITY_LIMIT, differ + &but)
-        } else {
-            let text = format!(
-                "cannot tell whether light and viewer may be exchanged: {differ}, but their directions agree to half a degree only, \
-                 within which f changes by {may_be:.1} %"
-            );
-            ("unresolved", false, text)
-        };
-        findings.push(Finding { kind, breaks, channel: None, text });
-    }
-    findings
-}
-
-/// Adds what the albedos of a channel say about energy.
-fn add_energy(albedos: &[MeasuredAlbedo], mut add: impl FnMut(&'static str, bool, String)) {
-    // Light that was not measured may be missing, and no more is known about it.
-    let at_least = |a: &MeasuredAlbedo| a.value * (1.0 - a.unmeasured) - a.error;
-    let perhaps = |a: &MeasuredAlbedo| a.value + a.error;
-    let most = |key: &dyn Fn(&MeasuredAlbedo) -> f64| {
-        let largest = albedos.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
-        largest.filter(|largest| key(largest) > 1.0 + ALBEDO_SLACK)
-    };
-    let in_words = |a: &MeasuredAlbedo| {
-        let MeasuredAlbedo { theta_i_deg: [low, high], value, error, unmeasured } = a;
-        let range = format!("the albedo for theta_i from {low} to {high} deg");
-        let gaps = if *unmeasured > NOTEWORTHY_GAP {
-            format!(", and {:.1} % of the directions have no value", 100.0 * unmeasured)
-        } else {
-            String::new()
-        };
-        (range, format!("{value:.4} +/- {error:.1e}"), gaps)
-    };
-    if let Some(most) = most(&at_least) {
-        let (range, value, gaps) = in_words(most);
-        add("gains-energy", true, format!("{range} is {value}, above 1{gaps}"));
-    } else if let Some(most) = most(&perhaps) {
-        let (range, value, gaps) = in_words(most);
-        let text = format!(
-            "cannot tell whether {range} is above 1: the sum over the table's cells is {value}, where the error is that of the sum{gaps}"
-        );
-        add("unresolved", false, text);
-    }
-}
-
-/// Share of directions without values from which on they are mentioned.
-const NOTEWORTHY_GAP: f64 = 1e-3;

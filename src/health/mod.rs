@@ -8,7 +8,10 @@
 )]
 
 mod angles;
+mod channel;
 mod effort;
+mod judged;
+pub(crate) mod laws;
 mod measured;
 mod mismatch;
 mod numerics;
@@ -17,18 +20,22 @@ mod quadrature;
 mod text;
 
 pub use angles::Angles;
+pub use channel::{MeasuredAlbedo, MeasuredChannel, Negative};
 pub use effort::{Effort, INCIDENCES_DEG};
-pub use measured::{MeasuredAlbedo, MeasuredChannel, MeasurementHealth, Negative, measurement};
+pub use judged::{Law, Verdict};
+pub(crate) use measured::albedos_of_cells;
+pub use measured::{MeasurementHealth, measurement};
 pub use numerics::{Digits, Kept, LeastKept, Unfinished};
 pub use physics::{Albedo, Extreme, Reciprocity};
 pub use quadrature::{Integral, Quadrature, directional_albedo};
 pub use text::{measurement_lines, measurement_table, model_lines, model_table};
 
+use crate::error::{OptionName, rounded};
 use crate::model::Expression;
 use crate::parameters::{ParameterTable, ParameterValue};
 use crate::progress::Progress;
 use angles::written;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// Name of the schema of both forms.
 pub const SCHEMA: &str = "brdfit.check/1";
@@ -52,6 +59,23 @@ pub struct Finding {
     pub channel: Option<String>,
     /// Description.
     pub text: String,
+    /// An option that would mend it, such as `quantity` with `f-cos-o`; null if there is none.
+    pub suggestion: Option<Suggestion>,
+}
+
+/// An option, and a value for it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Suggestion {
+    /// The option.
+    #[serde(serialize_with = "by_name")]
+    pub option: OptionName,
+    /// The value.
+    pub value: String,
+}
+
+/// An option as JSON.
+fn by_name<S: Serializer>(option: &OptionName, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(option.name())
 }
 
 /// The result of checking a model.
@@ -155,7 +179,13 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
     let mut findings = Vec::new();
     for channel in channels {
         let mut add = |kind, breaks, text| {
-            findings.push(Finding { kind, breaks, channel: Some(channel.name.clone()), text });
+            findings.push(Finding {
+                kind,
+                breaks,
+                channel: Some(channel.name.clone()),
+                text,
+                suggestion: None,
+            });
         };
         if channel.reciprocity.not_finite > 0 || channel.extremes.values > 0 {
             let place = channel.extremes.first.clone().unwrap_or_default();
@@ -194,7 +224,10 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
                 add(
                     "gains-energy",
                     true,
-                    format!("the albedo at theta_i = {theta} deg is {value:.6} +/- {error:.1e}, above 1"),
+                    format!(
+                        "the albedo at theta_i = {theta} deg is {} +/- {error:.1e}, above 1",
+                        rounded(*value, 6)
+                    ),
                 );
             } else if let Some((theta, value, error)) =
                 most(|(_, value, error)| value + error).filter(|(.., error)| *error > ALBEDO_SLACK)
@@ -204,7 +237,8 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
                     "unresolved",
                     false,
                     format!(
-                        "the albedo at theta_i = {theta} deg is {value:.6} +/- {error:.1e}: too uncertain to tell whether it is above 1"
+                        "the albedo at theta_i = {theta} deg is {} +/- {error:.1e}: too uncertain to tell whether it is above 1",
+                        rounded(*value, 6)
                     ),
                 );
             }
@@ -235,6 +269,7 @@ fn findings(channels: &[ModelChannel], at_bounds: &Unfinished) -> Vec<Finding> {
                 at_bounds.derivatives,
                 at_bounds.first.clone().unwrap_or_default()
             ),
+            suggestion: None,
         });
     }
     findings

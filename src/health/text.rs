@@ -1,6 +1,7 @@
 //! The result of a check as a table.
 
-use super::{Albedo, Finding, Kept, MeasurementHealth, ModelHealth, written};
+use super::{Albedo, Finding, Kept, Law, MeasurementHealth, ModelHealth, Verdict, written};
+use crate::error::rounded;
 use crate::lines::{Lines, Role, free, left, right};
 use std::fmt::Write as _;
 
@@ -87,7 +88,7 @@ fn more(text: &mut Lines, count: usize) -> std::fmt::Result {
 }
 
 fn or_dash(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.6}"))
+    value.map_or_else(|| "-".to_owned(), |value| rounded(value, 6))
 }
 
 fn albedo(a: &Albedo) -> String {
@@ -115,21 +116,13 @@ fn verdict(text: &mut Lines, sound: bool, findings: &[Finding]) -> std::fmt::Res
 fn write_measurement(text: &mut Lines, health: &MeasurementHealth) -> std::fmt::Result {
     let (path, format, samples) = (&health.path, &health.format, health.samples);
     writeln!(text.as_a(Role::Title), "{path} ({format}), {samples} samples")?;
-    match health.reciprocity {
-        Some(rms) => {
-            let explained = health.reciprocity_error.filter(|explained| *explained > 0.0);
-            let explained = explained.map_or_else(String::new, |explained| {
-                format!("; up to {:.2} % by directions that agree to half a degree only", 100.0 * explained)
-            });
-            writeln!(
-                text,
-                "reciprocity  {:.2} % rms over {} pairs measured both ways{explained}",
-                100.0 * rms,
-                health.reciprocity_pairs
-            )?;
-        }
-        None if health.format == "merl" => writeln!(text, "reciprocity  assumed by the table")?,
-        None => writeln!(text, "reciprocity  no pair of directions was measured both ways")?,
+    for Law { law, verdict, because } in &health.laws {
+        let (role, word) = match verdict {
+            Verdict::Holds => (Role::Good, "holds: "),
+            Verdict::Broken => (Role::Bad, "BROKEN: "),
+            Verdict::NotJudged => (Role::Caution, "not judged, because "),
+        };
+        writeln!(text.as_a(role), "{law:<12} {word}{because}")?;
     }
     let row = |channel: &str, [smallest, negative, beyond]: [String; 3], albedo: String| {
         [left(channel, 10), right(smallest, 12), right(negative, 9), right(beyond, 13), free(albedo)]
@@ -141,21 +134,27 @@ fn write_measurement(text: &mut Lines, health: &MeasurementHealth) -> std::fmt::
         let n = &channel.negative;
         let most = channel.albedo.iter().flatten().max_by(|a, b| a.value.total_cmp(&b.value));
         let most = most.map_or_else(
-            || "unknown: the samples have no known solid angles".to_owned(),
+            || "unknown".to_owned(),
             |a| {
-                let [low, high] = a.theta_i_deg;
                 let gaps = if a.unmeasured >= 5e-4 {
                     format!(", {:.1} % of it not measured", 100.0 * a.unmeasured)
                 } else {
                     String::new()
                 };
-                format!("{:.4} +/- {:.1e}, at theta_i from {low} to {high} deg{gaps}", a.value, a.error)
+                format!("{} +/- {:.1e}, at theta_i {}{gaps}", rounded(a.value, 4), a.error, a.incidence())
             },
         );
-        let numbers = [format!("{:.6}", n.least), n.values.to_string(), n.beyond_noise.to_string()];
+        let numbers = [rounded(n.least, 6), n.values.to_string(), n.beyond_noise.to_string()];
         text.row(Role::Plain, 0, row(&channel.name, numbers, most));
     }
     more(text, health.channels.len())?;
     writeln!(text)?;
-    verdict(text, health.sound, &health.findings)
+    match health.sound {
+        Some(sound) => verdict(text, sound, &health.findings),
+        None => {
+            let not_judged = health.laws.iter().filter(|law| law.verdict == Verdict::NotJudged);
+            let names: Vec<&str> = not_judged.map(|law| law.law).collect();
+            writeln!(text.as_a(Role::Caution), "no law broken; {} not judged", names.join(" and "))
+        }
+    }
 }

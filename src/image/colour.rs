@@ -223,6 +223,7 @@ impl ToRgb {
             source: measurement.source.clone(),
             directions: measurement.directions.clone(),
             dropped: measurement.dropped.clone(),
+            stated: measurement.stated.clone(),
             doubts: measurement.doubts.clone(),
             remarks: measurement.remarks.clone(),
             instrument: measurement.instrument.clone(),

@@ -15,12 +15,14 @@ mod known;
 #[doc(hidden)]
 pub mod merl_digests;
 mod missing;
+mod other_reading;
 mod predicted;
 pub mod reading;
 mod remark;
 mod repeated_values;
 mod retain;
 mod samples;
+mod stated;
 mod table_fault;
 
 #[doc(hidden)]
@@ -37,17 +39,19 @@ pub use incidence::IncidenceGroups;
 pub use instrument::{Instrument, TotalScatter};
 pub use interpolant::Interpolant;
 pub use known::KnownSamples;
+pub(crate) use other_reading::{BRIGHTEST, CALIBRATION, readings_with_albedo};
+pub use other_reading::{Evidence, OtherReading};
 #[doc(hidden)]
 pub use predicted::Predicted;
 pub use remark::{Remark, TablePart};
 #[doc(hidden)]
 pub use samples::checked_max_theta;
 pub use samples::{Filters, Samples, Weighting};
+pub(crate) use stated::Stated;
 pub use table_fault::{TableAxis, TableFault};
 
-use crate::error::{OptionName, excerpt};
+use crate::error::{OptionName, excerpt, rounded};
 use crate::geometry::Directions;
-use reading::AzimuthOrigin;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -111,11 +115,6 @@ pub struct Source {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Doubt {
-    /// All directions are so close to the normal that the angles may be in radians.
-    SuspiciousAngles {
-        /// The largest angle to the normal, in degrees.
-        steepest_deg: f64,
-    },
     /// A channel has the same value at every sample while others vary. In a fit it has no say in what the channels share.
     DeadChannel {
         /// Its name.
@@ -132,13 +131,6 @@ pub enum Doubt {
         /// What its values are by that name, in words.
         what: &'static str,
     },
-    /// f is largest about the light's direction, as if azimuths counted from the other side.
-    BrightTowardsLight {
-        /// The largest f about the light's direction, relative to that about the mirror direction.
-        ratio: f64,
-        /// Where azimuths would have to begin.
-        other: AzimuthOrigin,
-    },
     /// Channels are named like readings of s- and p-polarised light.
     Polarised,
     /// Channels have one value at many samples, far from what their neighbours say: it may mark what was not measured.
@@ -154,15 +146,17 @@ pub enum Doubt {
     },
     /// A half/difference table seems to have another layout than its format prescribes.
     SuspiciousTable(TableFault),
+    /// Physics prefers another way to read the file. No reader says so, but [`crate::doctor::examine`].
+    OtherReading(OtherReading),
 }
 
 impl Doubt {
-    /// An option that would read the file in the other way, and a value for it; an empty one if it has none. `None` if there is no option.
+    /// The options that would read the file in the other way, any one of them, each with a value, or an empty one if it has none.
     #[must_use]
-    pub fn suggestion(&self) -> Option<(OptionName, String)> {
-        Some(match self {
-            Self::SuspiciousAngles { .. } => (OptionName::Angles, "radians".to_owned()),
-            Self::DeadChannel { .. } | Self::SuspiciousTable(_) => return None,
+    pub fn suggestions(&self) -> Vec<(OptionName, String)> {
+        let only = match self {
+            Self::DeadChannel { .. } | Self::SuspiciousTable(_) => return Vec::new(),
+            Self::OtherReading(other) => return other.options.clone(),
             Self::NotReflectance { what, .. } => {
                 let value = match *what {
                     "per cent" => "percent",
@@ -172,33 +166,19 @@ impl Doubt {
                 };
                 (OptionName::Quantity, value.to_owned())
             }
-            Self::BrightTowardsLight { other, .. } => (OptionName::Azimuth, other.name().to_owned()),
             Self::Polarised => (OptionName::MeanOfSAndP, String::new()),
             Self::RepeatedValue { value, .. } => (OptionName::Missing, value.to_string()),
-        })
+        };
+        vec![only]
     }
 }
 
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::SuspiciousAngles { steepest_deg } => write!(
-                f,
-                "no direction is more than {steepest_deg:.2} degrees from the normal: if the file's angles are in radians, \
-                 read them as such"
-            ),
             Self::NotReflectance { column, what } => {
                 write!(f, "column {} is called like {what}, and was read as f in 1/sr", excerpt(column))
             }
-            Self::BrightTowardsLight { ratio, other } => write!(
-                f,
-                "f is {ratio:.1} times as large towards the light as in the mirror direction: unless the material is \
-                 retro-reflective, its azimuths count {}",
-                match other {
-                    AzimuthOrigin::Light => "from the light's side",
-                    AzimuthOrigin::Mirror => "from the side of the mirror direction",
-                }
-            ),
             Self::Polarised => write!(
                 f,
                 "the channels are called like readings of s- and p-polarised light, and each is fitted by itself: f for \
@@ -211,17 +191,20 @@ impl fmt::Display for Doubt {
                 };
                 write!(
                     f,
-                    "channel {} is exactly {value} at {samples} samples whose neighbours say {predicted:.4}{others}: if the \
+                    "channel {} is exactly {value} at {samples} samples whose neighbours say {}{others}: if the \
                      value marks what was not measured, leave it out",
-                    channels.first().map(String::as_str).unwrap_or_default()
+                    channels.first().map(String::as_str).unwrap_or_default(),
+                    rounded(*predicted, 4)
                 )
             }
             Self::DeadChannel { channel, value, samples } => write!(
                 f,
-                "channel {channel} is {value:.6} at all {samples} samples while others vary, as if its detector were dead: in a \
-                 fit it has no say in what the channels share, and its own parameters have no standard errors"
+                "channel {channel} is {} at all {samples} samples while others vary, as if its detector were dead: in a \
+                 fit it has no say in what the channels share, and its own parameters have no standard errors",
+                rounded(*value, 6)
             ),
             Self::SuspiciousTable(fault) => fault.fmt(f),
+            Self::OtherReading(other) => other.fmt(f),
         }
     }
 }
@@ -255,6 +238,8 @@ pub struct Measurement {
     pub instrument: Instrument,
     /// The BRDF from which the samples were drawn, if the file defines one everywhere.
     pub continuous: Option<Arc<dyn Continuous>>,
+    /// How the reader understood the angles of a file that states them.
+    pub(crate) stated: Option<Stated>,
     /// Where those samples stood in the arrays of [`Measurement::new`] that it left out because they have no value.
     pub(crate) empty: Vec<usize>,
 }
@@ -273,6 +258,7 @@ impl Measurement {
             remarks: Vec::new(),
             instrument: Instrument::default(),
             continuous: None,
+            stated: None,
             empty: Vec::new(),
         }
     }

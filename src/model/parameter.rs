@@ -116,9 +116,20 @@ pub struct ParamSpec {
     pub isotropy: Option<Isotropy>,
     /// How this parameter sorts lobes of one kind, sharpest first. `None` if it does not sort them.
     pub sharper: Option<Sharper>,
+    /// Whether it is the share of light that a surface reflects, which is at most 1 on every surface.
+    pub is_albedo: bool,
 }
 
+/// The largest albedo that a fit tries: more than any surface has, since the scale of a measurement may be wrong.
+const LARGEST_ALBEDO: f64 = 2.0;
+
 impl ParamSpec {
+    /// A per-channel albedo.
+    #[must_use]
+    pub const fn albedo(name: &'static str, summary: &'static str, initial: f64) -> Self {
+        Self { is_albedo: true, ..Self::amplitude(name, summary, LARGEST_ALBEDO, initial) }
+    }
+
     /// A per-channel amplitude between 0 and `upper`.
     #[must_use]
     pub const fn amplitude(name: &'static str, summary: &'static str, upper: f64, initial: f64) -> Self {
@@ -136,6 +147,7 @@ impl ParamSpec {
             scale: Scale::Linear,
             isotropy: None,
             sharper: None,
+            is_albedo: false,
         }
     }
 
@@ -163,6 +175,7 @@ impl ParamSpec {
             scale,
             isotropy: None,
             sharper: None,
+            is_albedo: false,
         }
     }
 

@@ -147,9 +147,9 @@ named! {
     Termination (name): ConvergedStep ConvergedCost ConvergedGradient Stalled IterationLimit Interrupted Timeout Invalid;
     Uncertainty (name): Clustered Formula BlockBootstrap Profile;
     Unit (symbol): One Degrees UnscaledMerl;
-    WarningKind (name): AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed Extrapolated FlatProfile GainsEnergy HoldOut IllConditioned
+    WarningKind (name): AlbedoAboveOne AtBound Bias ChiSquare Correlated DeadChannel DefaultUsed Extrapolated FlatProfile GainsEnergy HoldOut IllConditioned
         Isotropic LobeAbsent LossDiscards Misfit NotIdentifiable NotReflectance NotUsable Polarised RepeatedValue Resampling Saturated StrengthAboveOne
-        SuspiciousAngles SuspiciousTable TargetMissed TiedStarts UnresolvedLobe WorthFreeing;
+        SuspiciousAngles SuspiciousTable SuspiciousValues TargetMissed TiedStarts UnresolvedLobe WorthFreeing;
     Weighting (name): SolidAngle Uniform Sigma;
 }
 

@@ -2,7 +2,7 @@
 //! parameter for other programs.
 
 use super::record::{ErrorRecord, Failure, Parameter, Rank, Report, Reports};
-use crate::error::Error;
+use crate::error::{Error, rounded};
 use crate::lines::{Lines, Role, free, left, right};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -242,5 +242,5 @@ fn verdict(report: &Report) -> (Role, &'static str) {
 
 /// An error to six decimals, or a dash if it is unknown.
 fn six_decimals(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.6}"))
+    value.map_or_else(|| "-".to_owned(), |value| rounded(value, 6))
 }

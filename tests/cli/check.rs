@@ -28,13 +28,20 @@ fn check_tells_sound_from_unsound() {
         assert_eq!(json.code, Some(code), "{line}: {json:?}");
         let json = json.json();
         assert_eq!(json["schema"], "brdfit.check/1");
-        assert_eq!(json["sound"], code == 0, "{line}");
+        // Four samples say nothing about energy.
+        let judged = code == 1 || !line.contains(".csv");
+        assert_eq!(json["sound"], if judged { json!(code == 0) } else { json!(null) }, "{line}");
         let broken = json["findings"].as_array().unwrap().iter().filter(|f| f["breaks"] == true);
         let kinds: Vec<&str> = broken.map(|f| f["kind"].as_str().unwrap()).collect();
         assert!(kinds.iter().all(|k| *k == kind), "{line}: {kinds:?}");
         assert_eq!(kinds.is_empty(), code == 0, "{line}");
         let last = run.stdout.lines().last().unwrap();
-        assert_eq!(last, if code == 0 { "sound" } else { "BREAKS PHYSICS" }, "{line}");
+        let expected = match code {
+            0 if judged => "sound",
+            0 => "no law broken; reciprocity and energy not judged",
+            _ => "BREAKS PHYSICS",
+        };
+        assert_eq!(last, expected, "{line}");
     }
     // The channel that breaks it is named.
     let run = folder.brdfit("check -m lambert --set kd.r=0.8 kd.g=1.01");

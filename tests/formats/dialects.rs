@@ -4,10 +4,11 @@ use super::{CENTER, parse, parsed};
 use crate::common::{Folder, shared};
 use approx::assert_abs_diff_eq;
 use brdfit::Error;
+use brdfit::doctor::examine;
 use brdfit::error::OptionName;
 use brdfit::measurement::formats::{ReadOptions, read};
 use brdfit::measurement::reading::Conventions;
-use brdfit::measurement::{Doubt, Measurement, Remark};
+use brdfit::measurement::{Doubt, Evidence, Measurement, Remark};
 use std::fs;
 use std::path::Path;
 
@@ -75,7 +76,10 @@ fn tables_in_the_plane() {
     let rows: String =
         (-8..=8).map(|k| format!("40,{},{}\n", 10 * k, if k == -4 { 5.0 } else { 0.1 })).collect();
     let found = parsed("csv", &format!("theta_i,theta_o,f\n{rows}"));
-    assert!(matches!(found.doubts[..], [Doubt::BrightTowardsLight { .. }]), "{:?}", found.doubts);
+    let doubts = examine(&found, &Conventions::default());
+    let [Doubt::OtherReading(other)] = doubts.as_slice() else { panic!("{doubts:?}") };
+    assert!(matches!(other.evidence, Evidence::LightSide { .. }), "{other:?}");
+    assert_eq!(doubts[0].suggestions(), [(OptionName::Azimuth, "from-light".to_owned())]);
 }
 
 /// A row for each wavelength, in nanometres or micrometres, with values that some directions lack.
@@ -184,7 +188,7 @@ fn columns_that_are_no_values() {
     let m = parsed("csv", "theta_i,theta_o,BRF\n30,40,0.5\n30,50,0.6\n");
     assert!(matches!(m.doubts[..], [Doubt::NotReflectance { .. }]), "{:?}", m.doubts);
     assert_eq!(m.values, [[0.5, 0.6]]);
-    assert_eq!(m.doubts[0].suggestion().unwrap(), (OptionName::Quantity, "reflectance-factor".to_owned()));
+    assert_eq!(m.doubts[0].suggestions(), [(OptionName::Quantity, "reflectance-factor".to_owned())]);
 }
 
 /// A refusal names the option that would read the file, and shows tabs.

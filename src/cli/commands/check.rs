@@ -1,6 +1,6 @@
 //! `brdfit check`: checks that a model or a measurement obeys physics, and how many digits a model keeps.
 
-use crate::cli::messages::{emit, remark, say};
+use crate::cli::messages::{doubted, emit, remark, say};
 use crate::cli::options::input::ReadArguments;
 use crate::cli::options::model::ModelArguments;
 use crate::cli::options::recorded::report;
@@ -66,7 +66,8 @@ fn of_model(
 }
 
 fn of_measurement(arguments: &Arguments, path: &Path) -> Result<Outcome, Error> {
-    let measured = arguments.read.read(path)?;
+    let mut measured = arguments.read.read(path)?;
+    arguments.read.examine(&mut measured)?;
     if measured.directions.is_empty() {
         return Err(Error::no_samples(path, &measured.dropped));
     }
@@ -76,7 +77,8 @@ fn of_measurement(arguments: &Arguments, path: &Path) -> Result<Outcome, Error> 
     } else {
         say(&measurement_lines(&health))?
     }
-    Ok(outcome(health.sound, &health.findings))
+    measured.doubts.iter().for_each(|doubt| remark(&format!("warning: {}", doubted(doubt))));
+    Ok(outcome(health.sound != Some(false), &health.findings))
 }
 
 /// Prints the findings that do not break physics as warnings, and returns whether any finding does.

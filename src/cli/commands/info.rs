@@ -1,17 +1,18 @@
 //! `brdfit info`: describes the contents of a measurement file.
 
-use crate::cli::messages::{emit, remark, say, typed};
+use crate::cli::messages::{doubted, emit, remark, say};
 use crate::cli::options::input::{ReadArguments, measurement_help};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
-use brdfit::error::{OptionName, excerpt};
+use brdfit::error::{OptionName, excerpt, rounded};
 use brdfit::lines::{Lines, Role, left, right};
 use brdfit::measurement::formats::named;
 use brdfit::measurement::{
     ALBEDO_LIMIT_DEG, Coverage, Doubt, Instrument, Measurement, coverage, dead_channel_doubts, dead_channels,
     merl_digests,
 };
+use brdfit::report::SuggestionRecord;
 use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -55,8 +56,18 @@ struct InfoRecord {
     instrument: Instrument,
     /// What the reader did that a user should know.
     remarks: Vec<String>,
-    /// What the file reader found suspicious.
+    /// What is suspicious about the file.
     doubts: Vec<String>,
+    /// Other ways to read it, which agree better with physics. They are among the doubts, too.
+    readings: Vec<ReadingRecord>,
+}
+
+#[derive(Serialize)]
+struct ReadingRecord {
+    /// What speaks for it.
+    text: String,
+    /// The options that read the file so, any one of them.
+    options: Vec<SuggestionRecord>,
 }
 
 #[derive(Serialize)]
@@ -79,7 +90,8 @@ struct ChannelRecord {
 
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
-    let measurement = arguments.read.read(&arguments.input)?;
+    let mut measurement = arguments.read.read(&arguments.input)?;
+    arguments.read.examine(&mut measurement)?;
     if measurement.directions.is_empty() {
         return Err(Error::no_samples(&arguments.input, &measurement.dropped));
     }
@@ -132,15 +144,19 @@ fn record(measurement: &Measurement, coverage: &Coverage) -> InfoRecord {
             .map(|(relative_rms, pairs)| ReciprocityRecord { relative_rms, pairs }),
         instrument: measurement.instrument.clone(),
         remarks: measurement.remarks.iter().map(ToString::to_string).collect(),
-        doubts: measurement.doubts.iter().chain(&dead).map(doubt_text).collect(),
+        doubts: measurement.doubts.iter().chain(&dead).map(doubted).collect(),
+        readings: measurement.doubts.iter().filter_map(reading).collect(),
     }
 }
 
-/// A doubt, and the option that would read the file otherwise.
-fn doubt_text(doubt: &Doubt) -> String {
-    let hint =
-        |(option, value): (OptionName, String)| format!(" ({} {value})", typed(option)).replace(" )", ")");
-    format!("{doubt}{}", doubt.suggestion().map_or_else(String::new, hint))
+/// Another way to read the file; `None` for any other doubt.
+fn reading(doubt: &Doubt) -> Option<ReadingRecord> {
+    let Doubt::OtherReading(other) = doubt else { return None };
+    let option = |(option, value): (OptionName, String)| SuggestionRecord { option: option.into(), value };
+    Some(ReadingRecord {
+        text: other.to_string(),
+        options: doubt.suggestions().into_iter().map(option).collect(),
+    })
 }
 
 /// The lines about the instrument.
@@ -216,8 +232,8 @@ fn describe(text: &mut Lines, r: &InfoRecord) -> fmt::Result {
     text.write_str(&instrument_text(&r.instrument))?;
     match &r.reciprocity {
         Some(p) => {
-            let percent = 100.0 * p.relative_rms;
-            writeln!(text, "reciprocity  {percent:.2} % rms over {} swapped pairs", p.pairs)
+            let percent = rounded(100.0 * p.relative_rms, 2);
+            writeln!(text, "reciprocity  {percent} % rms over {} swapped pairs", p.pairs)
         }
         None if r.format == "merl" => writeln!(text, "reciprocity  assumed by the table"),
         None => writeln!(text, "reciprocity  no pair of directions was measured both ways"),
@@ -238,8 +254,8 @@ fn channels(text: &mut Lines, r: &InfoRecord) {
     text.row(Role::Heading, 0, row("channel", headings));
     for c in &r.channels {
         let unknown = || ["-", "-"].map(str::to_owned);
-        let [low, high] = c.range.map_or_else(unknown, |range| range.map(|f| format!("{f:.6}")));
-        let mean = c.albedo.map_or_else(String::new, |albedo| format!("{albedo:.4}"));
+        let [low, high] = c.range.map_or_else(unknown, |range| range.map(|f| rounded(f, 6)));
+        let mean = c.albedo.map_or_else(String::new, |albedo| rounded(albedo, 4));
         let cells = [low, high, c.negative.to_string(), c.missing.to_string(), mean];
         text.row(Role::Plain, 0, row(&c.name, cells));
     }

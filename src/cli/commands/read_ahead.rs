@@ -14,7 +14,7 @@ pub struct Input {
     pub seconds: f64,
 }
 
-/// Reads `paths` in order, on a thread of `scope`. A measurement is handed over when the receiver is ready for it,
+/// Reads and examines `paths` in order, on a thread of `scope`. A measurement is handed over when the receiver is ready for it,
 /// and only then does reading the next one begin: at most one measurement waits in memory.
 ///
 /// Reading ends with the paths, or when the receiver is dropped.
@@ -28,7 +28,10 @@ pub fn read_ahead<'s>(
     scope.spawn(move |_| {
         for path in paths {
             let started = Instant::now();
-            let measurement = arguments.read(path);
+            let measurement = arguments.read(path).and_then(|mut measurement| {
+                arguments.examine(&mut measurement)?;
+                Ok(measurement)
+            });
             let seconds = started.elapsed().as_secs_f64();
             if sender.send(measurement.map(|measurement| Input { measurement, seconds })).is_err() {
                 break;

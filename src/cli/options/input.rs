@@ -1,6 +1,7 @@
 //! Options that say how a measurement is read and which of its samples are used.
 
 use brdfit::Error;
+use brdfit::doctor::examine;
 use brdfit::error::OptionName;
 use brdfit::fit::{Metric, Options};
 use brdfit::measurement::formats::{BinPosition, REGISTRY, ReadOptions, named, read};
@@ -181,6 +182,13 @@ impl ReadArguments {
     /// Reads a measurement.
     pub fn read(&self, path: &Path) -> Result<Measurement, Error> {
         read(path, self.format.as_deref(), &self.options()?)
+    }
+
+    /// Adds what speaks for reading a measurement, which was read with these options, in another way.
+    pub fn examine(&self, measurement: &mut Measurement) -> Result<(), Error> {
+        let found = examine(measurement, &self.options()?.conventions);
+        measurement.doubts.extend(found);
+        Ok(())
     }
 
     /// The options of a reader.

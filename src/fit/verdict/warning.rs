@@ -1,10 +1,10 @@
 //! The warnings of a fit, and their texts.
 
 use super::misfit::Misfit;
-use crate::error::{OptionName, listed};
+use crate::error::{OptionName, listed, rounded};
 use crate::fit::problem::metric::Metric;
 use crate::geometry::Azimuths;
-use crate::measurement::Doubt;
+use crate::measurement::{CALIBRATION, Doubt, readings_with_albedo};
 use crate::model::Isotropy;
 use std::fmt;
 
@@ -44,6 +44,17 @@ pub enum Warning {
         value: f64,
         /// The channels in which it exceeds 1; empty if all share the parameter.
         channels: Vec<String>,
+    },
+    /// A parameter that is an albedo, and that is larger than that of any surface.
+    AlbedoAboveOne {
+        /// Its full name, without a channel.
+        parameter: String,
+        /// Its largest value.
+        value: f64,
+        /// The channels in which it exceeds 1; empty if all share the parameter.
+        channels: Vec<String>,
+        /// Whether a larger one was not allowed.
+        at_bound: bool,
     },
     /// The fitted sum reflects more light than arrives.
     GainsEnergy {
@@ -323,9 +334,8 @@ impl Warning {
     pub fn kind(&self) -> WarningKind {
         match self {
             Self::NotUsable(_) => WarningKind::NotUsable,
-            Self::Data(Doubt::SuspiciousAngles { .. } | Doubt::BrightTowardsLight { .. }) => {
-                WarningKind::SuspiciousAngles
-            }
+            Self::Data(Doubt::OtherReading(other)) if other.is_of_angles() => WarningKind::SuspiciousAngles,
+            Self::Data(Doubt::OtherReading(_)) => WarningKind::SuspiciousValues,
             Self::Data(Doubt::NotReflectance { .. }) => WarningKind::NotReflectance,
             Self::Data(Doubt::Polarised) => WarningKind::Polarised,
             Self::Data(Doubt::RepeatedValue { .. }) => WarningKind::RepeatedValue,
@@ -334,6 +344,7 @@ impl Warning {
             Self::AtBound { .. } | Self::RestsOnBound { .. } => WarningKind::AtBound,
             Self::LobeAbsent { .. } => WarningKind::LobeAbsent,
             Self::StrengthAboveOne { .. } => WarningKind::StrengthAboveOne,
+            Self::AlbedoAboveOne { .. } => WarningKind::AlbedoAboveOne,
             Self::GainsEnergy { .. } => WarningKind::GainsEnergy,
             Self::NotDetermined { .. } | Self::NotSeparated { .. } => WarningKind::NotIdentifiable,
             Self::UnresolvedLobe { .. } | Self::DecidedByFew { .. } => WarningKind::UnresolvedLobe,
@@ -363,6 +374,7 @@ impl Warning {
             Self::AtBound { parameter, .. }
             | Self::LobeAbsent { parameter, .. }
             | Self::StrengthAboveOne { parameter, .. }
+            | Self::AlbedoAboveOne { parameter, .. }
             | Self::NotSeparated { parameter, .. }
             | Self::BaseLikeLobe { parameter, .. }
             | Self::UnresolvedLobe { parameter, .. }
@@ -400,7 +412,7 @@ impl Warning {
             |option, form: &str| suggestion(option, format!("{}{form}", self.parameter().unwrap_or("P")));
         match self {
             Self::Data(doubt) => {
-                doubt.suggestion().into_iter().map(|(option, value)| suggestion(option, value)).collect()
+                doubt.suggestions().into_iter().map(|(option, value)| suggestion(option, value)).collect()
             }
             Self::AtBound { meaning: AtBound::Limit, .. } => vec![of(OptionName::Bounds, "=LO..HI")],
             Self::NotDetermined { .. }
@@ -409,6 +421,15 @@ impl Warning {
             | Self::FlatProfile { .. } => vec![of(OptionName::Fix, "=V")],
             Self::NotSeparated { .. } | Self::LobeAbsent { .. } => vec![of(OptionName::Fix, "=1")],
             Self::StrengthAboveOne { .. } => vec![of(OptionName::Bounds, "=0..1")],
+            Self::AlbedoAboveOne { value, at_bound, .. } => {
+                // Where a larger value was not allowed, any of these may be right.
+                let words = readings_with_albedo(if *at_bound { f64::INFINITY } else { *value });
+                words.into_iter().map(|word| suggestion(OptionName::Quantity, word.to_owned())).collect()
+            }
+            Self::GainsEnergy { albedo, .. } => {
+                let words = readings_with_albedo(*albedo);
+                words.into_iter().map(|word| suggestion(OptionName::Quantity, word.to_owned())).collect()
+            }
             Self::IllConditioned { .. } => vec![of(OptionName::Fix, "=V"), of(OptionName::Tie, "=Q")],
             Self::LossDiscards { .. } => vec![
                 suggestion(OptionName::Metric, "cbrt".to_owned()),
@@ -439,7 +460,6 @@ impl Warning {
             | Self::UnresolvedLobe { .. }
             | Self::DecidedByFew { .. }
             | Self::Misfit(_)
-            | Self::GainsEnergy { .. }
             | Self::NotUsable(_)
             | Self::Saturated { .. }
             | Self::NotResampled
@@ -468,14 +488,28 @@ impl fmt::Display for Warning {
             ),
             Self::StrengthAboveOne { value, channels, .. } => write!(
                 f,
-                "{value:.4}{}: the lobe reflects more than its facets receive; check the scale of the measurement, try \
+                "{}{}: the lobe reflects more than its facets receive; check the scale of the measurement, try \
                  another Fresnel term, or bound it",
+                rounded(*value, 4),
                 for_channels(channels)
+            ),
+            Self::AlbedoAboveOne { value, channels, at_bound, .. } => write!(
+                f,
+                "{}{}{}: no surface reflects more light than it receives; {}",
+                if *at_bound { "at its bound " } else { "" },
+                rounded(*value, 4),
+                for_channels(channels),
+                if *value > CALIBRATION {
+                    "the values seem not to be f in 1/sr"
+                } else {
+                    "the values are not f in 1/sr, or their scale is too large"
+                }
             ),
             Self::GainsEnergy { channel, albedo, theta_i_deg } => write!(
                 f,
-                "the fitted model reflects {albedo:.4} of the light that arrives at {theta_i_deg:.0} degrees in channel \
-                 {channel}: check the scale of the measurement, or bound the strengths"
+                "the fitted model reflects {} of the light that arrives at {theta_i_deg:.0} degrees in channel \
+                 {channel}: check the scale of the measurement, or bound the strengths",
+                rounded(*albedo, 4)
             ),
             Self::Bias { metric, parameters } => {
                 write!(f, "noise biases fits in {} here, this parameter by about ", metric.name())?;
@@ -711,7 +745,7 @@ impl fmt::Display for AtBound {
 impl fmt::Display for Saturated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { channel, samples, value } = self;
-        write!(f, "{samples} values of {channel} are {value:.6}")
+        write!(f, "{samples} values of {channel} are {}", rounded(*value, 6))
     }
 }
 
@@ -739,6 +773,7 @@ fn this_and(parameters: &[String]) -> String {
 #[non_exhaustive]
 #[expect(missing_docs, reason = "docs/use/report.md has what each means and what to do")]
 pub enum WarningKind {
+    AlbedoAboveOne,
     AtBound,
     Bias,
     ChiSquare,
@@ -764,6 +799,7 @@ pub enum WarningKind {
     StrengthAboveOne,
     SuspiciousAngles,
     SuspiciousTable,
+    SuspiciousValues,
     TargetMissed,
     TiedStarts,
     UnresolvedLobe,
@@ -775,6 +811,7 @@ impl WarningKind {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::AlbedoAboveOne => "albedo-above-one",
             Self::AtBound => "at-bound",
             Self::Bias => "bias",
             Self::ChiSquare => "chi-square",
@@ -800,6 +837,7 @@ impl WarningKind {
             Self::StrengthAboveOne => "strength-above-one",
             Self::SuspiciousAngles => "suspicious-angles",
             Self::SuspiciousTable => "suspicious-table",
+            Self::SuspiciousValues => "suspicious-values",
             Self::TargetMissed => "target-missed",
             Self::TiedStarts => "tied-starts",
             Self::UnresolvedLobe => "unresolved-lobe",

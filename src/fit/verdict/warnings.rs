@@ -10,6 +10,7 @@ use crate::math::count;
 use crate::measurement::Samples;
 use crate::model::{LobeValues, Role, Scale};
 use crate::parameters::{ParameterRow, Product, Status, differ};
+use std::collections::BTreeMap;
 
 /// A correlation above this is worth a warning.
 const STRONG_CORRELATION: f64 = 0.98;
@@ -130,6 +131,23 @@ fn freedom(fit: &Fit) -> Option<f64> {
 pub(super) fn strengths(fit: &Fit) -> Vec<Warning> {
     let table = &fit.table;
     let mut warnings = Vec::new();
+    // The rows of a parameter and their channels, where it exceeds 1.
+    let above = |rows: Vec<&ParameterRow>| {
+        let above: Vec<&ParameterRow> = rows.into_iter().filter(|row| row.value > 1.0 + ABOVE_ONE).collect();
+        let channels = above.iter().filter_map(|row| table.channel_name(row)).map(str::to_owned).collect();
+        let value = above.iter().map(|row| row.value).fold(1.0, f64::max);
+        (!above.is_empty()).then_some((value, channels))
+    };
+    let mut albedos: BTreeMap<String, Vec<&ParameterRow>> = BTreeMap::new();
+    for row in table.rows().iter().filter(|row| row.spec.is_albedo) {
+        albedos.entry(table.parameter_name(row)).or_default().push(row);
+    }
+    for (parameter, rows) in albedos {
+        let at_bound = rows.iter().any(|row| row.value >= row.spec.bounds.1);
+        if let Some((value, channels)) = above(rows) {
+            warnings.push(Warning::AlbedoAboveOne { parameter, value, channels, at_bound });
+        }
+    }
     for (index, lobe) in table.lobes().iter().enumerate() {
         let scales: Vec<&ParameterRow> =
             table.scales(index).into_iter().map(|row| &table.rows()[row]).collect();
@@ -139,11 +157,7 @@ pub(super) fn strengths(fit: &Fit) -> Vec<Warning> {
             warnings.push(Warning::LobeAbsent { parameter, lobe: lobe.clone() });
             continue;
         }
-        let above: Vec<&ParameterRow> =
-            scales.into_iter().filter(|row| row.value > 1.0 + ABOVE_ONE).collect();
-        let channels = above.iter().filter_map(|row| table.channel_name(row)).map(str::to_owned).collect();
-        let value = above.iter().map(|row| row.value).fold(1.0, f64::max);
-        if !above.is_empty() {
+        if let Some((value, channels)) = above(scales) {
             warnings.push(Warning::StrengthAboveOne { parameter, value, channels });
         }
     }
@@ -156,11 +170,13 @@ impl Fit {
     #[must_use]
     pub fn energy_warning(&self) -> Option<Warning> {
         let channels = self.table.channels();
-        let conserves = matches!(self.model.lobes(), [lobe] if !lobe.may_gain_energy());
+        let values: Vec<_> = (0..channels.len()).map(|channel| self.table.formula_values(channel)).collect();
+        let at_most_one =
+            values.iter().flatten().flat_map(|lobe| &lobe.amplitudes).all(|amplitude| *amplitude <= 1.0);
+        let conserves = matches!(self.model.lobes(), [lobe] if !lobe.may_gain_energy()) && at_most_one;
         if conserves || self.unusable.is_some() {
             return None;
         }
-        let values: Vec<_> = (0..channels.len()).map(|channel| self.table.formula_values(channel)).collect();
         // The brightest channel gains first.
         let total = |values: &[LobeValues]| values.iter().flat_map(|lobe| &lobe.amplitudes).sum::<f64>();
         let (channel, values) = (0..).zip(&values).max_by(|(_, a), (_, b)| total(a).total_cmp(&total(b)))?;

@@ -94,6 +94,18 @@ impl AngleUnit {
             Self::Elevation => Some(FRAC_PI_2 - value.to_radians()),
         }
     }
+
+    /// The number with which a file states an angle in radians: the inverse of [`radians`](Self::radians).
+    #[must_use]
+    pub fn stated(self, radians: f64) -> f64 {
+        match self {
+            Self::Degrees => radians.to_degrees(),
+            Self::Radians => radians,
+            Self::Gradians => radians / (FRAC_PI_2 / 100.0),
+            Self::Cosine => radians.cos(),
+            Self::Elevation => (FRAC_PI_2 - radians).to_degrees(),
+        }
+    }
 }
 
 /// The units of the angles of a file, where they were named.

@@ -131,7 +131,7 @@ impl Model for BagherSgd {
 
     fn parameters(&self) -> Vec<ParamSpec> {
         let own = [
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
+            ParamSpec::albedo("kd", "albedo of the base", 0.2),
             ParamSpec::amplitude("ks", "scale of the lobe", 1000.0, 0.2),
             ParamSpec::amplitude("f0", "Fresnel term at normal incidence, before f1", 10.0, 0.05),
             ParamSpec {

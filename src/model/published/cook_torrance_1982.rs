@@ -45,7 +45,7 @@ impl Model for CookTorrance1982 {
 
     fn parameters(&self) -> Vec<ParamSpec> {
         let own = vec![
-            ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
+            ParamSpec::albedo("kd", "albedo of the base", 0.2),
             ParamSpec::amplitude("s", "share of the specular lobe", 1.0, 0.2),
         ];
         // If s is free, only the rise towards grazing determines f0, and a valley separates dielectrics from metals.

@@ -26,7 +26,7 @@ pub(crate) fn shared_f0() -> ParamSpec {
 /// The parameters kd, a, b and c of the two ABC models.
 pub(crate) fn base_and_abc() -> Vec<ParamSpec> {
     vec![
-        ParamSpec::amplitude("kd", "albedo of the base", 2.0, 0.2),
+        ParamSpec::albedo("kd", "albedo of the base", 0.2),
         ParamSpec::amplitude("a", "strength of the lobe", 1e5, 1.0),
         ParamSpec::shape("b", "inverse width of the peak", (1e-2, 1e9), (5.0, 1e6), 200.0, Scale::Log)
             .sharper_when(Sharper::Larger),

@@ -74,7 +74,7 @@ impl Model for DisneyDiffuse {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        vec![ParamSpec::amplitude("kd", "base colour", 2.0, 0.2), roughness()]
+        vec![ParamSpec::albedo("kd", "base colour", 0.2), roughness()]
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

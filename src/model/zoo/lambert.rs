@@ -54,7 +54,7 @@ impl Model for Lambert {
     }
 
     fn parameters(&self) -> Vec<ParamSpec> {
-        vec![ParamSpec::amplitude("kd", "albedo", 2.0, 0.2)]
+        vec![ParamSpec::albedo("kd", "albedo", 0.2)]
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

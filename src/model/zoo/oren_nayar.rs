@@ -279,7 +279,7 @@ impl Model for OrenNayar {
             Variant::Full | Variant::Qualitative => sigma.unit(Unit::Degrees),
             Variant::Fujii => roughness(),
         };
-        vec![ParamSpec::amplitude("albedo", "albedo of the facets", 2.0, 0.2), shape]
+        vec![ParamSpec::albedo("albedo", "albedo of the facets", 0.2), shape]
     }
 
     fn visit(&self, visitor: &mut impl Visitor) {

@@ -95,7 +95,7 @@ pub struct AngleColumns {
 
 impl AngleColumns {
     /// The columns with the angles that they hold, those that exist.
-    fn all(&self) -> impl Iterator<Item = (Angle, AngleColumn)> {
+    pub(super) fn all(&self) -> impl Iterator<Item = (Angle, AngleColumn)> {
         let found = [
             (Angle::ThetaI, Some(self.theta_i)),
             (Angle::PhiI, self.phi_i),

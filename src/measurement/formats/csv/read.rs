@@ -6,17 +6,16 @@ use super::names::wavelength as tidy_wavelength;
 use super::number::{is_missing, number};
 use super::pivot::by_wavelength;
 use super::table::{Fields, read_table};
-use crate::error::{Error, Place, excerpt, short};
-use crate::geometry::{Directions, Pair};
+use crate::error::{Error, OptionName, Place, excerpt, short};
+use crate::geometry::Pair;
 use crate::measurement::formats::fields::HORIZON_TOLERANCE;
 use crate::measurement::formats::file::File;
 use crate::measurement::formats::format::{Confidence, Format, ReadOptions};
 use crate::measurement::formats::rows::Rows;
 use crate::measurement::reading::{
-    Angle, AngleConventions, AngleUnit, AzimuthOrigin, OF_TABLES, TableLayout,
+    Angle, AngleConventions, AngleUnit, AzimuthOrigin, LightDirection, OF_TABLES, TableLayout,
 };
-use crate::measurement::{Doubt, Measurement, Remark};
-use glam::DVec3;
+use crate::measurement::{Doubt, Measurement, Remark, Stated};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
@@ -56,6 +55,18 @@ fn sniff(file: &File<'_>) -> Confidence {
     } else {
         Confidence::No
     }
+}
+
+/// A right angle in gradians, and a little more.
+const RIGHT_ANGLE_IN_GRADIANS: f64 = 100.1;
+
+/// The directions of a row.
+struct RowDirections {
+    pair: Pair,
+    /// Whether the light's polar angle is negative.
+    negative: bool,
+    /// The azimuths of light and viewer as the row states them, radians.
+    azimuths: [f64; 2],
 }
 
 /// How the directions of a row are made from its fields.
@@ -102,8 +113,8 @@ impl<'c> Geometry<'c> {
         })
     }
 
-    /// The pair of directions of a row, and whether the light's polar angle is negative.
-    fn pair(&self, path: &Path, place: Place, fields: Fields<'_>) -> Result<(Pair, bool), Error> {
+    /// The directions of a row.
+    fn row(&self, path: &Path, place: Place, fields: Fields<'_>) -> Result<RowDirections, Error> {
         let angle = |angle: Angle, column: Option<AngleColumn>| {
             column.map_or(Ok(0.0), |column| self.angle(path, place, fields, angle, column))
         };
@@ -122,15 +133,33 @@ impl<'c> Geometry<'c> {
                     format!("{degrees:e} degrees")
                 };
                 let expected = format!("{} within 90 degrees of the normal", angle.name());
-                return Err(Error::malformed(path, place, expected, found));
+                let error = Error::malformed(path, place, expected, found);
+                return Err(match degrees.abs() {
+                    ..RIGHT_ANGLE_IN_GRADIANS => {
+                        error.with_hint(OptionName::Angles, AngleUnit::Gradians.name())
+                    }
+                    ..=180.0 if angle == Angle::ThetaI => {
+                        error.with_hint(OptionName::LightDirection, LightDirection::AsItTravels.name())
+                    }
+                    _ => error,
+                });
             }
         }
-        Ok((self.conventions.pair([theta_i, phi_i, theta_o, phi_o], self.origin), theta_i < 0.0))
+        Ok(RowDirections {
+            pair: self.conventions.pair([theta_i, phi_i, theta_o, phi_o], self.origin),
+            negative: theta_i < 0.0,
+            azimuths: [phi_i, phi_o],
+        })
     }
 
-    /// In the plane, signs that both angles have count from one axis: the mirror direction of -30 degrees is +30.
+    /// Whether signs that both angles have count from one axis, in a plane: the mirror direction of -30 degrees is +30.
+    fn settles(&self, some_negative: bool) -> bool {
+        self.is_in_plane() && self.conventions.azimuth.is_none() && some_negative
+    }
+
+    /// Makes the signs of both angles count from one axis where they do.
     fn settle(&self, pairs: &mut [Pair], some_negative: bool) {
-        if self.is_in_plane() && self.conventions.azimuth.is_none() && some_negative {
+        if self.settles(some_negative) {
             for Pair { wo, .. } in pairs {
                 (wo.x, wo.y) = (-wo.x, -wo.y);
             }
@@ -155,9 +184,9 @@ fn directions(file: &mut File<'_>, options: &ReadOptions) -> Result<Vec<Pair>, E
         Ok(Geometry::new(columns, &conventions.angles, begun.dialect.decimal_comma))
     };
     let take = |geometry: &Geometry<'_>, part: &mut (Vec<Pair>, bool), place, fields: Fields<'_>| {
-        let (pair, negative) = geometry.pair(path, place, fields)?;
-        part.0.push(pair);
-        part.1 |= negative;
+        let row = geometry.row(path, place, fields)?;
+        part.0.push(row.pair);
+        part.1 |= row.negative;
         Ok(())
     };
     let join = |part: (Vec<Pair>, bool)| {
@@ -187,17 +216,27 @@ struct Taken {
     wavelengths: Vec<f64>,
     /// Whether a polar angle of the light is negative.
     some_negative: bool,
+    /// The smallest azimuths of light and viewer, radians.
+    least_azimuths: [f64; 2],
 }
 
 impl Taken {
     fn new(channels: usize) -> Self {
-        Self { rows: Rows::new(channels), wavelengths: Vec::new(), some_negative: false }
+        let least_azimuths = [f64::INFINITY; 2];
+        Self { rows: Rows::new(channels), wavelengths: Vec::new(), some_negative: false, least_azimuths }
     }
 
     fn append(&mut self, part: Self) {
         self.rows.append(part.rows);
         self.wavelengths.extend(part.wavelengths);
         self.some_negative |= part.some_negative;
+        self.include(part.least_azimuths);
+    }
+
+    fn include(&mut self, azimuths: [f64; 2]) {
+        for (least, azimuth) in self.least_azimuths.iter_mut().zip(azimuths) {
+            *least = least.min(azimuth);
+        }
     }
 }
 
@@ -229,9 +268,10 @@ impl Table<'_> {
     /// Takes the sample of a row.
     fn take(&self, path: &Path, taken: &mut Taken, place: Place, fields: Fields<'_>) -> Result<(), Error> {
         let columns = &self.columns;
-        let (pair, negative) = self.geometry.pair(path, place, fields)?;
-        taken.rows.pairs.push(pair);
-        taken.some_negative |= negative;
+        let row = self.geometry.row(path, place, fields)?;
+        taken.rows.pairs.push(row.pair);
+        taken.some_negative |= row.negative;
+        taken.include(row.azimuths);
         if let Some(WavelengthColumn { column, .. }) = columns.wavelength {
             let found = fields.at(column);
             let is_length = |value: &f64| *value > 0.0 && (*value * 1e9).is_finite();
@@ -298,12 +338,17 @@ impl Table<'_> {
             };
             remarks.push(Remark::Assumed { what: what.to_owned() });
         }
-        measurement.doubts = suspicious_angles(&measurement.directions, &angles);
+        let conventions = self.geometry.conventions;
+        // Signs that both polar angles have count from one axis.
+        let signed = self.geometry.settles(taken.some_negative);
+        measurement.stated = Some(Stated {
+            units: angles.all().map(|(angle, column)| (angle, column.unit)).collect(),
+            origin: self.geometry.origin.filter(|_| !signed),
+            light: conventions.light,
+            least_azimuths: taken.least_azimuths,
+        });
         let not_f = |(column, what)| Doubt::NotReflectance { column, what };
         measurement.doubts.extend(doubts.into_iter().map(not_f));
-        if self.geometry.origin.is_some() && self.geometry.conventions.azimuth.is_none() {
-            measurement.doubts.extend(bright_side(&measurement, self.geometry.origin));
-        }
         measurement.remarks = remarks;
         Ok(measurement)
     }
@@ -320,49 +365,4 @@ fn in_nanometres(column: WavelengthColumn, mut wavelengths: Vec<f64>) -> (Vec<f6
         }
     }
     (wavelengths, micrometres)
-}
-
-/// Angles in radians, if read as degrees, look like a measurement within two degrees of the normal.
-fn suspicious_angles(directions: &Directions, columns: &AngleColumns) -> Vec<Doubt> {
-    let in_degrees =
-        [columns.theta_i.unit, columns.theta_o.unit].iter().all(|unit| *unit == AngleUnit::Degrees);
-    let right_angle = FRAC_PI_2.to_radians();
-    let Directions::Scattered(pairs) = directions else { return Vec::new() };
-    let sin2 = |w: DVec3| w.x * w.x + w.y * w.y;
-    let largest = pairs.iter().map(|pair| sin2(pair.wi).max(sin2(pair.wo))).fold(0.0, f64::max);
-    let steepest = largest.sqrt().min(1.0).asin();
-    if !in_degrees || directions.len() < 2 || steepest > right_angle + HORIZON_TOLERANCE || steepest == 0.0 {
-        return Vec::new();
-    }
-    vec![Doubt::SuspiciousAngles { steepest_deg: steepest.to_degrees() }]
-}
-
-/// The doubt that azimuths count from the other side: f is much larger about the light's direction than about the mirror direction.
-fn bright_side(measurement: &Measurement, origin: Option<AzimuthOrigin>) -> Option<Doubt> {
-    /// Directions within this angle of the light or its mirror image count, as a cosine: 10 degrees.
-    const NEAR: f64 = 0.984_807_753;
-    /// Retro-reflectors apart, f is never that much larger on the light's side.
-    const LARGER: f64 = 3.0;
-    let values: &[f64] = measurement.values.first()?;
-    let (mut light, mut mirror) = (0.0_f64, 0.0_f64);
-    for (g, value) in measurement.directions.iter().zip(values) {
-        let [x, y, z] = g.wi;
-        // Near the normal the two cannot be told apart.
-        if z > NEAR {
-            continue;
-        }
-        let along = |w: [f64; 3]| w[0] * g.wo[0] + w[1] * g.wo[1] + w[2] * g.wo[2];
-        if along([x, y, z]) > NEAR {
-            light = light.max(*value);
-        }
-        if along([-x, -y, z]) > NEAR {
-            mirror = mirror.max(*value);
-        }
-    }
-    let other = match origin? {
-        AzimuthOrigin::Light => AzimuthOrigin::Mirror,
-        AzimuthOrigin::Mirror => AzimuthOrigin::Light,
-    };
-    (mirror > 0.0 && light > LARGER * mirror)
-        .then_some(Doubt::BrightTowardsLight { ratio: light / mirror, other })
 }
