@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::{
-    Budget, Fit, HoldOut, LossKind, Metric, Options, ScaleError, Uncertainty, checked_target, evaluate, fit,
+    Budget, Fit, HoldOut, LossKind, Metric, Options, Uncertainty, checked_target, evaluate, fit,
     fit_to_target, fit_within,
 };
 use crate::measurement::formats::BinPosition;
@@ -276,7 +276,7 @@ impl FitBuilder<'_> {
     /// # Errors
     /// [`Error::Invalid`] for another text, and unless the size is above 0 and at most 100 %.
     pub fn scale_error(mut self, text: &str) -> Result<Self, Error> {
-        self.options.scale_error = Some(ScaleError::parse(text)?);
+        self.options.scale_error = Some(text.parse()?);
         Ok(self)
     }
 

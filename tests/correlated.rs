@@ -7,7 +7,7 @@
 #![allow(clippy::print_stdout, clippy::cast_precision_loss)]
 
 use crate::common::truth::{draw, range};
-use brdfit::fit::{Fit, Options, ScaleError, Uncertainty, fit};
+use brdfit::fit::{Fit, Options, Uncertainty, fit};
 use brdfit::geometry::{Azimuths, Directions, Pair, direction};
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
@@ -193,7 +193,7 @@ fn one_set(text: &str, layout: Layout, kind: Errors, uncertainty: Uncertainty, n
     data.values[0].iter_mut().zip(&drawn).for_each(|(value, error)| *value *= 1.0 + RELATIVE * error);
     let mut options = Options::default().with_uncertainty(uncertainty);
     if kind == Errors::Scale {
-        options = options.with_scale_error(ScaleError::parse(&format!("{}%", 100.0 * SCALE)).unwrap());
+        options = options.with_scale_error(format!("{}%", 100.0 * SCALE).parse().unwrap());
     }
     let found = run(&data, &expression, &truth, options);
     let of_row = |index: &usize| {

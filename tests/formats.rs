@@ -420,9 +420,16 @@ fn offer(bytes: &[u8]) -> Result<(), TestCaseError> {
                 Ok(m) => {
                     prop_assert!(!m.channels.is_empty());
                     prop_assert_eq!(m.values.len(), m.channels.len());
+                    // NaN is a value that was not measured, whose standard deviation means nothing.
                     for row in m.values.iter().chain(m.sigma.iter().flatten()) {
                         prop_assert_eq!(row.len(), m.directions.len());
-                        prop_assert!(row.iter().all(|v| v.is_finite()));
+                    }
+                    for row in &m.values {
+                        prop_assert!(row.iter().all(|v| v.is_finite() || v.is_nan()));
+                    }
+                    for (values, sigma) in m.values.iter().zip(m.sigma.iter().flatten()) {
+                        let mut both = values.iter().zip(sigma);
+                        prop_assert!(both.all(|(v, sigma)| v.is_nan() || sigma.is_finite()));
                     }
                     for g in m.directions.iter() {
                         prop_assert!(g.wi.iter().chain(&g.wo).all(|v| v.is_finite()));

@@ -293,6 +293,17 @@ impl SigmaScale {
 }
 
 /// The error of a measurement's scale: an unknown factor that all samples have in common, as the calibration leaves it.
+///
+/// As text it is `2%` or `0.02`, and after a comma `shared` (the default) or `per-channel`.
+///
+/// ```
+/// use brdfit::fit::ScaleError;
+///
+/// let scale_error: ScaleError = "2%,per-channel".parse()?;
+/// assert_eq!((scale_error.relative, scale_error.per_channel), (0.02, true));
+/// assert!("200%".parse::<ScaleError>().is_err());
+/// # Ok::<(), brdfit::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ScaleError {
@@ -305,12 +316,12 @@ pub struct ScaleError {
 impl ScaleError {
     /// The text after the size if each channel has a factor of its own, or not.
     const KINDS: [(&'static str, bool); 2] = [("shared", false), ("per-channel", true)];
+}
 
-    /// Parses `2%` or `0.02`, and after a comma `shared` (the default) or `per-channel`.
-    ///
-    /// # Errors
-    /// [`Error::Invalid`] for another text, and unless the size is above 0 and at most 100 %.
-    pub fn parse(text: &str) -> Result<Self, Error> {
+impl FromStr for ScaleError {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
         let invalid = || {
             let expected = "a size such as 2% or 0.02, above 0 and at most 100%, and after a comma shared or per-channel";
             Error::invalid(OptionName::ScaleError, expected, short(text))
@@ -327,7 +338,6 @@ impl ScaleError {
     }
 }
 
-/// Writes what [`ScaleError::parse`] reads.
 impl fmt::Display for ScaleError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = if self.per_channel { "per-channel" } else { "shared" };

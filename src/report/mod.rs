@@ -25,7 +25,7 @@ pub use record::{
     TerminationRecord, Times, WarningRecord, WorstRecord, schema,
 };
 #[doc(hidden)]
-pub use spread::{BAND, Spread};
+pub use spread::Spread;
 pub use summary::SummaryRow;
 #[cfg(feature = "page")]
 pub(crate) use text::{digits, full_name, misfit_in_words, or_dash, with_error};

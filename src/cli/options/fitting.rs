@@ -2,7 +2,7 @@
 
 use brdfit::Error;
 use brdfit::fit::{
-    Budget, Fit, Options, ScaleError, SigmaScale, Uncertainty, checked_target, fit, fit_to_target, fit_within,
+    Budget, Fit, Options, SigmaScale, Uncertainty, checked_target, fit, fit_to_target, fit_within,
 };
 use brdfit::measurement::Measurement;
 use brdfit::model::Expression;
@@ -117,7 +117,7 @@ impl FittingArguments {
             .with_uncertainty(self.uncertainty.into())
             .with_sigma_scale(self.sigma_scale.into())
             .with_solver(self.solver.into());
-        options.scale_error = self.scale_error.as_deref().map(ScaleError::parse).transpose()?;
+        options.scale_error = self.scale_error.as_deref().map(str::parse).transpose()?;
         options.hold_out = self.hold_out.as_deref().map(str::parse).transpose()?;
         Ok(options)
     }

@@ -9,7 +9,7 @@ use crate::figure::text::Text;
 use crate::model::parts::fresnel::Fresnel;
 use crate::model::{Lobe, Role};
 use crate::parameters::ParameterTable;
-use crate::report::{BAND, Spread};
+use crate::report::Spread;
 
 /// The entry of the registry.
 pub const KIND: Kind = Kind {
@@ -58,11 +58,8 @@ fn compute(subjects: &[Subject], wanted: &Wanted) -> Result<FigureData, Error> {
                 let evaluate = |table: &ParameterTable| reflectance(term, table, channel);
                 let f = evaluate(&recorded.table);
                 let band = spread.as_ref().map(|spread| {
-                    let errors = spread.std_errors(evaluate);
-                    f.iter()
-                        .zip(errors)
-                        .map(|(f, e)| [(f - BAND * e).max(0.0), (f + BAND * e).min(1.0)])
-                        .collect()
+                    let within = |[low, high]: [f64; 2]| [low.max(0.0), high.min(1.0)];
+                    spread.band(&f, evaluate).into_iter().map(within).collect()
                 });
                 let mut parts = Vec::new();
                 parts.extend((subjects.len() > 1).then(|| name.clone()));

@@ -15,7 +15,7 @@ use crate::figure::text::Text;
 use crate::geometry::{Directions, Pair, direction};
 use crate::model::{Expression, LobeValues};
 use crate::parameters::ParameterTable;
-use crate::report::{BAND, Spread};
+use crate::report::Spread;
 use std::sync::Arc;
 
 /// The entry of the registry.
@@ -233,10 +233,8 @@ fn fitted_curve(
     let f = evaluate(values.clone());
     let name = subject.channels().get(channel).map(|c| c.name.clone()).unwrap_or_default();
     let place = recorded.table.channels().iter().position(|known| *known == name).unwrap_or(0);
-    let band = Spread::of(recorded).map(|spread| {
-        let errors = spread.std_errors(|table| evaluate(table.formula_values(place)));
-        f.iter().zip(errors).map(|(f, error)| [f - BAND * error, f + BAND * error]).collect()
-    });
+    let band =
+        Spread::of(recorded).map(|spread| spread.band(&f, |table| evaluate(table.formula_values(place))));
     let points = angles.iter().zip(&f).map(|(angle, f)| [*angle, *f]).collect();
     let look = Look { colour: Colour::Ink, line: None, marker: None };
     Ok(Some(Series { name: Text::default(), look, points, band, in_legend: true }))

@@ -29,7 +29,7 @@ const CURVATURE_SAMPLES: usize = 3000;
 /// Largest number of groups times parameters for which narrower groups are tried.
 const MOST_WORK: usize = 20_000;
 /// Largest number of samples for which the errors of independent samples are computed beside those of groups. With more, these are far below.
-const MOST_SPARSE: usize = 100_000;
+const MOST_FOR_INDEPENDENT_ERRORS: usize = 100_000;
 /// Step of the differences by the measurement's scale.
 const SCALE_STEP: f64 = 1e-3;
 /// Number of samples on which freeing a parameter is tried.
@@ -233,7 +233,7 @@ impl Task<'_> {
         let cached = OnceCell::new();
         let scatter =
             |arrow: &Arrow| -> Linearisation { cached.get_or_init(|| reached.scatter(arrow)).clone() };
-        let is_sparse = self.samples.len() <= MOST_SPARSE;
+        let compares = self.samples.len() <= MOST_FOR_INDEPENDENT_ERRORS;
         let mut first = None;
         for clusters in self.samples.clusters(reached.problem.most_columns()) {
             let Clusters { kind, width_deg, groups, of_sample } = clusters;
@@ -242,7 +242,7 @@ impl Task<'_> {
             }
             let sums = reached.problem.group_sums(&reached.solution.x, groups, &of_sample);
             let rows = GroupedRows { sums: &sums, curvature };
-            let scatter: Option<&dyn Fn(&Arrow) -> Linearisation> = is_sparse.then_some(&scatter);
+            let scatter: Option<&dyn Fn(&Arrow) -> Linearisation> = compares.then_some(&scatter);
             let noise = Noise::Groups(Grouping { kind, width_deg, groups }, rows, scatter);
             let found = reached.covariance(Method::Clustered, &noise)?;
             if found.decided_by_one.is_empty() {

@@ -24,7 +24,7 @@ use nalgebra::DVector;
 /// A parameter has a standard error if at least this many samples decide it.
 const LEAST_DECIDING: f64 = 3.0;
 /// Largest number of samples for which that is looked at. A peak between the samples of a dense table is seen by many of them.
-const MOST_SPARSE: usize = 100_000;
+const MOST_FOR_PEAKS_BETWEEN_SAMPLES: usize = 100_000;
 /// A sample is in the peak if it has more than this share in what is known of the peak's width.
 const IN_PEAK: f64 = 0.02;
 
@@ -37,7 +37,7 @@ impl Task<'_> {
         solution: &Solution,
         covariance: &Covariance,
     ) -> Vec<usize> {
-        if self.samples.len() > MOST_SPARSE {
+        if self.samples.len() > MOST_FOR_PEAKS_BETWEEN_SAMPLES {
             return Vec::new();
         }
         let Some(combinations) = covariance.combinations(table, &solution.linearisation) else {
