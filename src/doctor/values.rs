@@ -66,7 +66,9 @@ fn albedo(measurement: &Measurement, quantity: &Quantity) -> Option<OtherReading
     let most = energy::most(measurement).filter(|most| most.at_least > ABOVE_ONE)?;
     let scale = Some(most.at_least).filter(|scale| *scale < CALIBRATION);
     let evidence = Evidence::Albedo { at_least: most.at_least, theta_i_deg: most.theta_i_deg, scale };
-    Some(OtherReading { evidence, options: options(quantity, &readings_with_albedo(most.at_least)) })
+    let mut options = options(quantity, &readings_with_albedo(most.at_least));
+    options.extend(scale.map(|_| (OptionName::Scale, String::new())));
+    Some(OtherReading { evidence, options })
 }
 
 /// Values in one plane that are all larger than those of a perfect white. Out of the plane they would have to be far smaller for the surface

@@ -29,7 +29,7 @@ const DARKEST: f64 = 0.02;
 /// An albedo of another reading may be as large, by errors of calibration.
 pub(crate) const BRIGHTEST: f64 = 1.1;
 /// A scale that is wrong by more than this is no error of calibration.
-pub(crate) const CALIBRATION: f64 = 1.5;
+pub(crate) const CALIBRATION: f64 = 10.0;
 
 /// The quantities, as options name them, that give an albedo that a surface can have where f in 1/sr gives this one, which is above 1. All of
 /// them for infinity.
@@ -127,7 +127,7 @@ impl fmt::Display for OtherReading {
                     ));
                 }
                 let [read, otherwise] = *rough;
-                if read > 1.05 * otherwise {
+                if read > 1.3 * otherwise {
                     reasons.push(format!(
                         "neighbouring directions differ by {} of the spread of f, and by {} with {with}",
                         percent(read),

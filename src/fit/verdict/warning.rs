@@ -4,7 +4,7 @@ use super::misfit::Misfit;
 use crate::error::{OptionName, listed, rounded};
 use crate::fit::problem::metric::Metric;
 use crate::geometry::Azimuths;
-use crate::measurement::{CALIBRATION, Doubt, readings_with_albedo};
+use crate::measurement::{Doubt, readings_with_albedo};
 use crate::model::Isotropy;
 use std::fmt;
 
@@ -423,13 +423,9 @@ impl Warning {
             Self::StrengthAboveOne { .. } => vec![of(OptionName::Bounds, "=0..1")],
             Self::AlbedoAboveOne { value, at_bound, .. } => {
                 // Where a larger value was not allowed, any of these may be right.
-                let words = readings_with_albedo(if *at_bound { f64::INFINITY } else { *value });
-                words.into_iter().map(|word| suggestion(OptionName::Quantity, word.to_owned())).collect()
+                explained_by(if *at_bound { f64::INFINITY } else { *value })
             }
-            Self::GainsEnergy { albedo, .. } => {
-                let words = readings_with_albedo(*albedo);
-                words.into_iter().map(|word| suggestion(OptionName::Quantity, word.to_owned())).collect()
-            }
+            Self::GainsEnergy { albedo, .. } => explained_by(*albedo),
             Self::IllConditioned { .. } => vec![of(OptionName::Fix, "=V"), of(OptionName::Tie, "=Q")],
             Self::LossDiscards { .. } => vec![
                 suggestion(OptionName::Metric, "cbrt".to_owned()),
@@ -469,6 +465,13 @@ impl Warning {
     }
 }
 
+/// The options that would explain an albedo above 1.
+fn explained_by(albedo: f64) -> Vec<Suggestion> {
+    let words = readings_with_albedo(albedo).into_iter();
+    let read = words.map(|word| Suggestion { option: OptionName::Quantity, value: word.to_owned() });
+    read.chain([Suggestion { option: OptionName::Scale, value: String::new() }]).collect()
+}
+
 /// Largest number of biased parameters that a warning names.
 const LISTED: usize = 3;
 
@@ -495,15 +498,10 @@ impl fmt::Display for Warning {
             ),
             Self::AlbedoAboveOne { value, channels, at_bound, .. } => write!(
                 f,
-                "{}{}{}: no surface reflects more light than it receives; {}",
+                "{}{}{}: no surface reflects more light than it receives; the values are not f in 1/sr, or their scale is too large",
                 if *at_bound { "at its bound " } else { "" },
                 rounded(*value, 4),
-                for_channels(channels),
-                if *value > CALIBRATION {
-                    "the values seem not to be f in 1/sr"
-                } else {
-                    "the values are not f in 1/sr, or their scale is too large"
-                }
+                for_channels(channels)
             ),
             Self::GainsEnergy { channel, albedo, theta_i_deg } => write!(
                 f,
