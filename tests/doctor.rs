@@ -1,5 +1,5 @@
 //! What a file says about how it should be read: `doctor::examine`, and the laws of `health`. The measured materials, and twenty files for each
-//! reading, are in scripts/other_readings.py; docs/doctor.md has its counts.
+//! reading, are in scripts/other_readings.py; docs/use/doctor.md has its counts.
 
 use crate::common::shared;
 use brdfit::doctor::examine;

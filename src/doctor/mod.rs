@@ -9,7 +9,7 @@
 //! | energy | no albedo is above 1, and f is never negative | `hemisphere` |
 //!
 //! No model is fitted. Another reading is named only where the one that was chosen breaks a law clearly and the other keeps it; what two
-//! readings explain equally well is said of both. docs/doctor.md says what can be told from which files, and what cannot.
+//! readings explain equally well is said of both. docs/use/doctor.md says what can be told from which files, and what cannot.
 
 mod angles;
 mod energy;
