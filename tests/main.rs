@@ -12,8 +12,8 @@ mod coarse_to_fine;
 mod common;
 mod correlated;
 mod derivatives;
-#[cfg(feature = "cli")]
 mod doctor;
+#[cfg(feature = "cli")]
 mod doubt;
 mod extremes;
 #[cfg(feature = "plot")]

@@ -21,8 +21,8 @@ const LOBE_DEG: f64 = 15.0;
 const SMOOTH: f64 = 0.03;
 /// What the variation about the normal counts.
 const POLE: f64 = 0.5;
-/// Brightest samples within this of the light, degrees, are a lobe about it.
-const ABOUT_LIGHT_DEG: f64 = 20.0;
+/// Brightest samples within this of the mirror direction or the light, degrees, are a lobe about it.
+const ABOUT_DEG: f64 = 20.0;
 /// What it counts that no direction is farther from the normal than a right angle in radians would be in degrees, or that no azimuth is larger
 /// than a full turn would be.
 const NARROW: f64 = 0.6;
@@ -178,7 +178,11 @@ impl Score {
 
     /// By how much it is better than another, in each respect.
     fn gains(&self, over: &Self) -> [f64; 4] {
-        let lobe = self.apart_deg.zip(over.apart_deg).map_or(0.0, |(own, other)| (other - own) / LOBE_DEG);
+        let lobe = self.apart_deg.zip(over.apart_deg).map_or(0.0, |(own, other)| {
+            // Where no lobe would be, being nearer is no gain.
+            let most = if own < ABOUT_DEG { f64::INFINITY } else { 0.0 };
+            ((other - own) / LOBE_DEG).min(most)
+        });
         let [polar, azimuth] = self.round;
         let [other_polar, other_azimuth] = over.round;
         // Numbers that are round by chance in another unit say nothing against it.
@@ -236,7 +240,7 @@ fn units(
         let mut gains = score.gains(&as_read);
         // Directions within a degree of each other are near any lobe.
         if let ([_, lobe, ..], true, Some(apart_deg)) = (&mut gains, widens, score.apart_deg) {
-            *lobe = (ABOUT_LIGHT_DEG - apart_deg) / LOBE_DEG;
+            *lobe = (ABOUT_DEG - apart_deg) / LOBE_DEG;
         }
         let [_, _, _, phi_o] = reading.units;
         let turns = turns_little && phi_o == AngleUnit::Radians;
@@ -375,17 +379,14 @@ fn option(
 /// Azimuths that count from the other side: the brightest samples lie about the light.
 fn side(sketch: &Sketch, numbers: &Numbers, declared: Reading, bright: &Bright) -> Option<OtherReading> {
     let apart = bright.apart(&sketch.pairs)?;
-    if apart.light_deg > ABOUT_LIGHT_DEG
-        || apart.mirror_deg < apart.light_deg + ABOUT_LIGHT_DEG
-        || weakens(sketch)
-    {
+    if apart.light_deg > ABOUT_DEG || apart.mirror_deg < apart.light_deg + ABOUT_DEG || weakens(sketch) {
         return None;
     }
     let mut options = Vec::new();
     for origin in AzimuthOrigin::ALL {
         let reading = Reading { origin: Some(origin), ..declared };
         let mends = numbers.pairs(declared, reading).and_then(|pairs| bright.apart(&pairs));
-        if mends.is_some_and(|mended| mended.mirror_deg < ABOUT_LIGHT_DEG) {
+        if mends.is_some_and(|mended| mended.mirror_deg < ABOUT_DEG) {
             options.push((OptionName::Azimuth, origin.name().to_owned()));
         }
     }

@@ -14,6 +14,8 @@ use std::f64::consts::PI;
 const ABOVE_ONE: f64 = 1.02;
 /// With a larger share of values below 0, they are not f.
 const NEGATIVE: f64 = 0.05;
+/// Noise about a mean that is not negative leaves no more than half of the values below 0.
+const MOSTLY: f64 = 0.7;
 /// Values whose neighbours agree better than this are not noise.
 const NO_NOISE: f64 = 0.6;
 /// In a plane, smallest values that are so many times as large as those of a perfect white are not f.
@@ -102,7 +104,8 @@ pub(super) fn decibels(
     let quantity = &conventions.quantity;
     let below = sketch.values.iter().filter(|value| **value < 0.0).count();
     let share = count(below) / count(sketch.values.len());
-    if share < NEGATIVE || quantity.is_decibel() || sketch.roughness()? > NO_NOISE {
+    let by_noise = share < MOSTLY && sketch.roughness()? > NO_NOISE;
+    if share < NEGATIVE || quantity.is_decibel() || by_noise {
         return None;
     }
     let words: Vec<&str> = ["decibel", "reflectance-factor,decibel"]

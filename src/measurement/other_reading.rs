@@ -181,7 +181,7 @@ impl fmt::Display for OtherReading {
             ),
             Evidence::Negative { share } => write!(
                 f,
-                "the values seem to be decibels: {} are negative, which f never is, and not by noise, since neighbouring directions agree",
+                "the values seem to be decibels: {} are negative, which f never is, and more than noise explains",
                 percent(*share)
             ),
         }

@@ -7,7 +7,7 @@ use crate::math::count;
 use glam::DVec3;
 
 /// The share of samples that count as the brightest.
-const BRIGHTEST: f64 = 0.03;
+const BRIGHTEST: f64 = 0.015;
 /// The fewest of them.
 const FEWEST: usize = 5;
 /// The brightest are a lobe if they are so many times as bright as the median.
