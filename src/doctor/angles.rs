@@ -5,7 +5,9 @@ use crate::geometry::Pair;
 use crate::health::laws::lobes::{Apart, Bright, weakens};
 use crate::health::laws::poles::variation;
 use crate::health::laws::sketch::Sketch;
-use crate::measurement::reading::{Angle, AngleUnit, AzimuthOrigin, Conventions, LightDirection};
+use crate::measurement::reading::{
+    Angle, AngleConventions, AngleUnit, AzimuthOrigin, Conventions, LightDirection,
+};
 use crate::measurement::{Evidence, Measurement, OtherReading, Stated};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -79,8 +81,9 @@ pub(super) fn other(
     let least = stated.map_or([-PI; 2], |stated| stated.least_azimuths);
     let numbers = Numbers::of(sketch, declared, least);
     let bright = Bright::of(sketch);
-    let by_units =
-        stated.and_then(|stated| units(sketch, &numbers, declared, stated, bright.as_ref(), conventions));
+    let by_units = stated.and_then(|stated| {
+        units(&AsRead::new(sketch, &numbers, declared, bright.as_ref())?, stated, conventions)
+    });
     by_units.or_else(|| side(sketch, &numbers, declared, &bright?))
 }
 
@@ -112,8 +115,7 @@ impl Numbers {
 
     /// The directions, if the angles are understood as `reading` says; `None` if one lies below the horizon.
     fn pairs(&self, declared: Reading, reading: Reading) -> Option<Vec<Pair>> {
-        let conventions =
-            crate::measurement::reading::AngleConventions { light: reading.light, ..Default::default() };
+        let conventions = AngleConventions { light: reading.light, ..Default::default() };
         let pair = |row: &[f64; 4]| {
             let mut angles = *row;
             for ((angle, from), to) in angles.iter_mut().zip(declared.units).zip(reading.units) {
@@ -202,69 +204,102 @@ fn polar(pairs: &[Pair]) -> (f64, f64) {
     each.fold((FRAC_PI_2, 0.0), |(low, high), theta| (theta.min(low), theta.max(high)))
 }
 
-/// Other units of the angles.
-fn units(
-    sketch: &Sketch,
-    numbers: &Numbers,
-    declared: Reading,
-    stated: &Stated,
-    bright: Option<&Bright>,
-    conventions: &Conventions,
-) -> Option<OtherReading> {
-    let score = |reading: Reading, pairs: Vec<Pair>| {
-        let round = [[0, 2], [1, 3]].map(|angles| numbers.round(declared, reading, angles));
-        Score::of(sketch, pairs, bright, round)
-    };
-    let as_read = score(declared, sketch.pairs.clone())?;
-    let (flattest, steepest) = polar(&sketch.pairs);
-    let spread = steepest - flattest;
-    let azimuths = numbers.0.iter().flat_map(|[_, phi_i, _, phi_o]| [phi_i.abs(), phi_o.abs()]);
-    let farthest = azimuths.fold(0.0, f64::max);
-    let turns_little = farthest > 0.0 && farthest < (TAU + ROUNDING).to_radians();
-    let narrow = steepest > 0.0 && steepest < NARROWEST;
-    let mut found: Vec<(f64, Reading, Score)> = Vec::new();
-    for reading in readings(numbers, declared, stated) {
-        let Some(pairs) = numbers.pairs(declared, reading) else { continue };
+/// What readings are weighed against: the angles as they were read.
+struct AsRead<'a> {
+    sketch: &'a Sketch,
+    numbers: &'a Numbers,
+    reading: Reading,
+    bright: Option<&'a Bright>,
+    score: Score,
+    /// The smallest and the largest angle to the normal, radians.
+    polar: (f64, f64),
+    /// Whether no direction is farther from the normal than a right angle in radians would be in degrees.
+    narrow: bool,
+    /// Whether no azimuth is larger than a full turn in radians would be in degrees.
+    turns_little: bool,
+}
+
+impl<'a> AsRead<'a> {
+    /// `None` if all values are alike.
+    fn new(
+        sketch: &'a Sketch,
+        numbers: &'a Numbers,
+        reading: Reading,
+        bright: Option<&'a Bright>,
+    ) -> Option<Self> {
+        let polar = polar(&sketch.pairs);
+        let azimuths = numbers.0.iter().flat_map(|[_, phi_i, _, phi_o]| [phi_i.abs(), phi_o.abs()]);
+        let farthest = azimuths.fold(0.0, f64::max);
+        let (_, steepest) = polar;
+        let round = [[0, 2], [1, 3]].map(|angles| numbers.round(reading, reading, angles));
+        Some(Self {
+            score: Score::of(sketch, sketch.pairs.clone(), bright, round)?,
+            sketch,
+            numbers,
+            reading,
+            bright,
+            polar,
+            narrow: steepest > 0.0 && steepest < NARROWEST,
+            turns_little: farthest > 0.0 && farthest < (TAU + ROUNDING).to_radians(),
+        })
+    }
+
+    /// By how much another reading is better, and how good it is; `None` if it is not better.
+    fn weigh(&self, other: Reading) -> Option<(f64, Score)> {
+        let pairs = self.numbers.pairs(self.reading, other)?;
         let (low, high) = polar(&pairs);
-        let widens = narrow && high - low > WIDE;
+        let (flattest, steepest) = self.polar;
         // No reading is better for putting all directions into one place.
-        if high - low < WIDE.min(0.5 * spread) {
-            continue;
+        if high - low < WIDE.min(0.5 * (steepest - flattest)) {
+            return None;
         }
         // Where all angles are narrow, one alone cannot be in another unit.
-        let [theta_i, _, theta_o, _] = reading.units;
-        if narrow && theta_i != theta_o && numbers.has(0) && numbers.has(2) {
-            continue;
+        let [theta_i, _, theta_o, phi_o] = other.units;
+        if self.narrow && theta_i != theta_o && self.numbers.has(0) && self.numbers.has(2) {
+            return None;
         }
-        let Some(score) = score(reading, pairs) else { continue };
-        let mut gains = score.gains(&as_read);
+        let round = [[0, 2], [1, 3]].map(|angles| self.numbers.round(self.reading, other, angles));
+        let score = Score::of(self.sketch, pairs, self.bright, round)?;
+        let mut gains = score.gains(&self.score);
+        let widens = self.narrow && high - low > WIDE;
         // Directions within a degree of each other are near any lobe.
         if let ([_, lobe, ..], true, Some(apart_deg)) = (&mut gains, widens, score.apart_deg) {
             *lobe = (ABOUT_DEG - apart_deg) / LOBE_DEG;
         }
-        let [_, _, _, phi_o] = reading.units;
-        let turns = turns_little && phi_o == AngleUnit::Radians;
-        let total =
-            gains.iter().sum::<f64>() + if widens { NARROW } else { 0.0 } + if turns { NARROW } else { 0.0 };
+        let turns = self.turns_little && phi_o == AngleUnit::Radians;
+        let suspects: f64 = [widens, turns].map(|is| if is { NARROW } else { 0.0 }).iter().sum();
+        let total = suspects + gains.iter().sum::<f64>();
         // They are smooth, too.
         let worse = !widens && gains.iter().any(|gain| *gain < -WORSE);
-        if total > BETTER && !worse {
-            found.push((total, reading, score));
-        }
+        (total > BETTER && !worse).then_some((total, score))
     }
+}
+
+/// Other units of the angles.
+fn units(as_read: &AsRead<'_>, stated: &Stated, conventions: &Conventions) -> Option<OtherReading> {
+    let readings = readings(as_read.numbers, as_read.reading, stated).into_iter();
+    let found: Vec<(f64, Reading, Score)> = readings
+        .filter_map(|reading| as_read.weigh(reading).map(|(total, score)| (total, reading, score)))
+        .collect();
     let best = found.iter().map(|(total, ..)| *total).fold(f64::NEG_INFINITY, f64::max);
     let equal: Vec<&(f64, Reading, Score)> =
         found.iter().filter(|(total, ..)| *total > best - EQUAL).collect();
     let (_, _, otherwise) = equal.first()?;
-    let options =
-        equal.iter().filter_map(|(_, reading, _)| option(numbers, declared, *reading, stated, conventions));
-    let evidence = Evidence::Angles {
-        apart_deg: as_read.apart_deg.zip(otherwise.apart_deg).map(|(read, otherwise)| [read, otherwise]),
-        rough: [as_read.rough, otherwise.rough],
-        varies: varies(&as_read, otherwise),
-        within_deg: narrow.then(|| steepest.to_degrees()),
+    let option = |(_, reading, _): &&(f64, Reading, Score)| {
+        option(as_read.numbers, as_read.reading, *reading, stated, conventions)
     };
-    Some(OtherReading { evidence, options: options.collect() })
+    let (_, steepest) = as_read.polar;
+    let evidence = Evidence::Angles {
+        apart_deg: as_read
+            .score
+            .apart_deg
+            .zip(otherwise.apart_deg)
+            .map(|(read, otherwise)| [read, otherwise]),
+        rough: [as_read.score.rough, otherwise.rough],
+        varies: varies(&as_read.score, otherwise),
+        within_deg: as_read.narrow.then(|| steepest.to_degrees()),
+    };
+    Some(OtherReading { evidence, options: equal.iter().filter_map(option).collect() })
 }
 
 /// How many times as much f varies about the normal as towards the horizon, as read; `None` where it does not or would otherwise, too.

@@ -117,7 +117,7 @@ impl fmt::Display for OtherReading {
                 if let Some([read, otherwise]) = apart_deg.filter(|[read, otherwise]| read - otherwise > 1.0)
                 {
                     reasons.push(format!(
-                        "the brightest samples lie {read:.0} degrees from the mirror direction, and {otherwise:.0} with {with}"
+                        "the brightest samples lie {read:.0} degrees from where a lobe would be, and {otherwise:.0} with {with}"
                     ));
                 }
                 if let Some(times) = varies {
