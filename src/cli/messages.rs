@@ -3,6 +3,7 @@
 use super::terminal::{Terminal, write_shown};
 use brdfit::Error;
 use brdfit::error::OptionName;
+use brdfit::fit::WarningKind;
 use brdfit::lines::Lines;
 use brdfit::measurement::Doubt;
 use brdfit::report::{Report, WarningRecord, lines};
@@ -38,18 +39,33 @@ pub fn remark(message: &str) {
     let _ = write_shown(io::stderr(), &shown);
 }
 
-/// Prints a report: the table, and the warnings on standard error. With `one_of_several` reports each warning names
-/// its input and model.
-pub fn show(report: &Report, as_table: bool, quiet: bool, one_of_several: bool) -> Result<(), Error> {
+/// The place of a report among those that are printed.
+#[derive(Clone, Copy)]
+pub enum Among {
+    /// It is the only one.
+    Alone,
+    /// It is the first one about its input: warnings name input and model.
+    First,
+    /// Warnings about how its input was read were printed with the first one.
+    Further,
+}
+
+/// Prints a report: the table, and the warnings on standard error.
+pub fn show(report: &Report, as_table: bool, quiet: bool, among: Among) -> Result<(), Error> {
     if quiet {
         return Ok(());
     }
     if as_table {
         say(&lines(report))?;
     }
-    let whose =
-        if one_of_several { format!("{}: {}: ", report.data.path, report.model) } else { String::new() };
     for warning in &report.warnings {
+        let of_reading = warning.kind.known().is_some_and(WarningKind::is_of_reading);
+        let whose = match among {
+            Among::Alone => String::new(),
+            Among::Further if of_reading => continue,
+            Among::First if of_reading => format!("{}: ", report.data.path),
+            Among::First | Among::Further => format!("{}: {}: ", report.data.path, report.model),
+        };
         remark(&format!("warning: {whose}{warning}{}", hint(warning)));
     }
     Ok(())

@@ -112,6 +112,22 @@ fn a_paint_in_other_conventions_is_the_paint() {
     }
 }
 
+/// What speaks for another reading is the same for all models: it is printed with the first, and stands in every report.
+#[test]
+fn a_doubt_about_the_file_is_printed_once() {
+    let folder = Folder::new();
+    let samples = paint(&folder);
+    write(&folder, "changed.csv", &samples, |[a, b, c, d, f]| [a, b, c, d, f * c.to_radians().cos()]);
+    let run = folder.brdfit(&format!("fit changed.csv -m lambert -m '{MODEL}' -o fits.json"));
+    let said = run.stderr.lines().filter(|line| line.contains("f cos(theta_o)"));
+    assert_eq!(said.count(), 1, "{run:?}");
+    let reports: Value = serde_json::from_str(&folder.read("fits.json")).unwrap();
+    for report in reports["reports"].as_array().unwrap() {
+        let mut kinds = report["warnings"].as_array().unwrap().iter().map(|warning| &warning["kind"]);
+        assert!(kinds.any(|kind| kind == "suspicious-values"), "{}", report["model"]);
+    }
+}
+
 #[test]
 fn samples_are_left_out_and_counted() {
     let folder = Folder::new();

@@ -1,7 +1,7 @@
 //! `brdfit evaluate`: evaluates a model without a fit. It reports the model's errors on a measurement, or writes its values at given
 //! directions.
 
-use crate::cli::messages::{emit, show};
+use crate::cli::messages::{Among, emit, show};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::model::ModelArguments;
 use crate::cli::options::recorded::{own_measurement, report};
@@ -196,7 +196,7 @@ fn errors(arguments: &Arguments, inputs: Inputs) -> Result<Outcome, Error> {
     if arguments.report.json_alone() {
         emit(&text)?;
     }
-    show(&report, !arguments.report.json_alone(), arguments.report.quiet(), false)?;
+    show(&report, !arguments.report.json_alone(), arguments.report.quiet(), Among::Alone)?;
     if let Some(output) = output {
         output.commit(text.as_bytes())?;
     }

@@ -2,7 +2,7 @@
 
 use super::fit_outputs::Outputs;
 use super::read_ahead::{Input, read_ahead};
-use crate::cli::messages::{complain, emit, message, remark, say, show};
+use crate::cli::messages::{Among, complain, emit, message, remark, say, show};
 use crate::cli::options::fitting::FittingArguments;
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::loss::LossArguments;
@@ -349,7 +349,12 @@ impl Run<'_> {
             if as_table && !quiet && (index > 0 || !first) {
                 say(&"\n".into())?;
             }
-            show(report, as_table, quiet, !self.single())?;
+            let among = match index {
+                _ if self.single() => Among::Alone,
+                0 => Among::First,
+                _ => Among::Further,
+            };
+            show(report, as_table, quiet, among)?;
         }
         Ok(())
     }

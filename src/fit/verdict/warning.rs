@@ -805,6 +805,20 @@ pub enum WarningKind {
 }
 
 impl WarningKind {
+    /// Whether it is about how the file was read, the same whatever model is fitted.
+    #[must_use]
+    pub fn is_of_reading(self) -> bool {
+        matches!(
+            self,
+            Self::NotReflectance
+                | Self::Polarised
+                | Self::RepeatedValue
+                | Self::SuspiciousAngles
+                | Self::SuspiciousTable
+                | Self::SuspiciousValues
+        )
+    }
+
     /// Its name in a report.
     #[must_use]
     pub fn name(self) -> &'static str {
