@@ -13,6 +13,7 @@ Python's standard library only.
 
 import argparse
 import csv
+import itertools
 import json
 import math
 import random
@@ -265,7 +266,6 @@ def main():
     parser.add_argument("-v", action="store_true", help="say what was named for each file")
     arguments = parser.parse_args()
     brdfit = checked_brdfit(parser, arguments.brdfit)
-    wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "file.csv"
         files = {}
@@ -283,7 +283,7 @@ def main():
                 write(file).write(path)
                 found = doubts(brdfit, path)
                 names = named(found or [])
-                hit = any(name in right for name in names) 
+                hit = any(name in right for name in names)
                 telling += tells
                 alone += tells and hit and len(names) < 2
                 among += tells and hit and len(names) > 1
@@ -291,39 +291,42 @@ def main():
                 if arguments.v and (tells != hit or (names and not hit)):
                     print(f"    {reading}: {material}, {layout}: {'can' if tells else 'cannot'} tell, named {names}", file=sys.stderr)
             print(f"| {reading} | {len(files)} | {telling} | {alone} | {among} | {other} |", flush=True)
-        clean = 0
-        for (material, layout), file in files.items():
-            file.write(path)
-            found = doubts(brdfit, path)
-            clean += 1
-            if found:
-                wrong += 1
-                print(f"    as it should be: {material}, {layout}: {found}", file=sys.stderr)
-        print(f"\n{clean} files as they should be: {wrong} with a doubt")
-        before = wrong
-        count = 0
-        for name in FILES:
-            for material in materials(run(brdfit, ["info", str(SHARED_DATA / name), "--json"])) or [None]:
-                chosen = ["--material", material] if material else []
-                found = doubts(brdfit, SHARED_DATA / name, *chosen)
+        wrong = 0
+
+        def clean(what, named_files):
+            """Counts doubts about files as they should be, each with its name and the arguments that read it."""
+            nonlocal wrong
+            count = with_doubt = 0
+            for name, read_by in named_files:
+                found = doubts(brdfit, *read_by)
                 count += 1
                 if found:
-                    wrong += 1
-                    print(f"    {name} {material or ''}: {found}", file=sys.stderr)
-        print(f"{count} materials of ../shared/data: {wrong - before} with a doubt")
-        before, count = wrong, 0
-        for model, parameters in CLEAN:
-            for grid in CLEAN_GRIDS:
-                for seed in range(5):
-                    noise = ("0", "0.01", "0.02", "0.05", "0.1")[seed]
+                    with_doubt += 1
+                    print(f"    {name}: {found}", file=sys.stderr)
+            wrong += with_doubt
+            print(f"{count} {what}: {with_doubt} with a doubt")
+
+        def as_they_should_be():
+            for (material, layout), file in files.items():
+                file.write(path)
+                yield f"as it should be: {material}, {layout}", [path]
+
+        def measured():
+            for name in FILES:
+                for material in materials(run(brdfit, ["info", str(SHARED_DATA / name), "--json"])) or [None]:
+                    yield f"{name} {material or ''}", [SHARED_DATA / name, *(["--material", material] if material else [])]
+
+        def synthetic():
+            for (model, parameters), grid in itertools.product(CLEAN, CLEAN_GRIDS):
+                for seed, noise in enumerate(("0", "0.01", "0.02", "0.05", "0.1")):
                     command = ["synth", "-m", model, "--set", *parameters, "--at", grid, "--noise", noise]
                     synthesise(brdfit, [*command, "--seed", str(seed)], path, folder)
-                    found = doubts(brdfit, path)
-                    count += 1
-                    if found:
-                        wrong += 1
-                        print(f"    {model} on {grid}, noise {noise}: {found}", file=sys.stderr)
-        print(f"{count} synthetic files: {wrong - before} with a doubt")
+                    yield f"{model} on {grid}, noise {noise}", [path]
+
+        print()
+        clean("files as they should be", as_they_should_be())
+        clean("materials of ../shared/data", measured())
+        clean("synthetic files", synthetic())
     return 1 if wrong else 0
 
 

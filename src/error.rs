@@ -1,5 +1,6 @@
 //! The errors that the library returns, and their messages.
 
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -128,6 +129,21 @@ impl fmt::Display for OptionName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
+}
+
+impl Serialize for OptionName {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// An option that helps, and a value for it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Suggestion {
+    /// The option.
+    pub option: OptionName,
+    /// The value to give it, such as `cook-torrance.m=LO..HI`; empty if the choice is the user's.
+    pub value: String,
 }
 
 /// The subject of an error.

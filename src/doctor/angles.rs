@@ -5,6 +5,7 @@ use crate::geometry::Pair;
 use crate::health::laws::lobes::{Apart, Bright, weakens};
 use crate::health::laws::poles::variation;
 use crate::health::laws::sketch::Sketch;
+use crate::math::count;
 use crate::measurement::reading::{
     Angle, AngleConventions, AngleUnit, AzimuthOrigin, Conventions, LightDirection,
 };
@@ -35,8 +36,15 @@ const WIDE: f64 = 0.2;
 /// How far angles may exceed a right angle by rounding, radians.
 const ROUNDING: f64 = 2e-3;
 
-/// The angles of the samples as the file states them, radians in the unit that was assumed: theta_i, phi_i, theta_o, phi_o.
-struct Numbers(Vec<[f64; 4]>);
+/// The angles of the samples as the file states them.
+struct Numbers {
+    /// How they were understood.
+    read: Reading,
+    /// By sample, radians in the units that were assumed: theta_i, phi_i, theta_o, phi_o.
+    rows: Vec<[f64; 4]>,
+    /// The different numbers of each angle, in its unit.
+    different: [Vec<f64>; 4],
+}
 
 /// The places of the angles in a row of [`Numbers`].
 const ANGLES: [Angle; 4] = [Angle::ThetaI, Angle::PhiI, Angle::ThetaO, Angle::PhiO];
@@ -81,10 +89,9 @@ pub(super) fn other(
     let least = stated.map_or([-PI; 2], |stated| stated.least_azimuths);
     let numbers = Numbers::of(sketch, declared, least);
     let bright = Bright::of(sketch);
-    let by_units = stated.and_then(|stated| {
-        units(&AsRead::new(sketch, &numbers, declared, bright.as_ref())?, stated, conventions)
-    });
-    by_units.or_else(|| side(sketch, &numbers, declared, &bright?))
+    let by_units = stated
+        .and_then(|stated| units(&AsRead::new(sketch, &numbers, bright.as_ref())?, stated, conventions));
+    by_units.or_else(|| side(sketch, &numbers, &bright?))
 }
 
 /// The unit in which an angle was read. The azimuth between light and viewer stands for that of the viewer.
@@ -96,7 +103,7 @@ fn unit(stated: &Stated, angle: Angle) -> AngleUnit {
 
 impl Numbers {
     /// The angles that a file states, from the directions that were made of them.
-    fn of(sketch: &Sketch, declared: Reading, least: [f64; 2]) -> Self {
+    fn of(sketch: &Sketch, read: Reading, least: [f64; 2]) -> Self {
         let from = |azimuth: f64, least: f64| {
             let least = if least.is_finite() { least } else { -PI };
             let turns = ((least - 1e-9 - azimuth) / TAU).ceil();
@@ -105,20 +112,34 @@ impl Numbers {
         let number = |Pair { wi, wo }: &Pair| {
             let polar = |w: &glam::DVec3| w.x.hypot(w.y).atan2(w.z);
             let phi_i = wi.y.atan2(wi.x);
-            let base = declared.origin.map_or(0.0, |origin| origin.azimuth(phi_i));
-            let travels = if declared.light == LightDirection::AsItTravels { PI } else { 0.0 };
+            let base = read.origin.map_or(0.0, |origin| origin.azimuth(phi_i));
+            let travels = if read.light == LightDirection::AsItTravels { PI } else { 0.0 };
             let [least_i, least_o] = least;
             [polar(wi), from(phi_i - travels, least_i), polar(wo), from(wo.y.atan2(wo.x) - base, least_o)]
         };
-        Self(sketch.pairs.iter().map(number).collect())
+        let rows: Vec<[f64; 4]> = sketch.pairs.iter().map(number).collect();
+        let [theta_i, phi_i, theta_o, phi_o] = read.units;
+        let of = |angle: fn(&[f64; 4]) -> f64, unit: AngleUnit| {
+            let mut numbers: Vec<f64> = rows.iter().map(|row| unit.stated(angle(row))).collect();
+            numbers.sort_unstable_by(f64::total_cmp);
+            numbers.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
+            numbers
+        };
+        let different = [
+            of(|[theta_i, ..]| *theta_i, theta_i),
+            of(|[_, phi_i, ..]| *phi_i, phi_i),
+            of(|[_, _, theta_o, _]| *theta_o, theta_o),
+            of(|[.., phi_o]| *phi_o, phi_o),
+        ];
+        Self { read, rows, different }
     }
 
     /// The directions, if the angles are understood as `reading` says; `None` if one lies below the horizon.
-    fn pairs(&self, declared: Reading, reading: Reading) -> Option<Vec<Pair>> {
+    fn pairs(&self, reading: Reading) -> Option<Vec<Pair>> {
         let conventions = AngleConventions { light: reading.light, ..Default::default() };
         let pair = |row: &[f64; 4]| {
             let mut angles = *row;
-            for ((angle, from), to) in angles.iter_mut().zip(declared.units).zip(reading.units) {
+            for ((angle, from), to) in angles.iter_mut().zip(self.read.units).zip(reading.units) {
                 if from != to {
                     *angle = to.radians(from.stated(*angle))?;
                 }
@@ -127,55 +148,43 @@ impl Numbers {
             let within = |theta: f64| (-ROUNDING..FRAC_PI_2 + ROUNDING).contains(&theta);
             (within(theta_i) && within(theta_o)).then(|| conventions.pair(angles, reading.origin))
         };
-        self.0.iter().map(pair).collect()
-    }
-
-    /// The different numbers of an angle, in their unit, at most a thousand.
-    fn different(&self, angle: usize, unit: AngleUnit) -> Vec<f64> {
-        let mut numbers: Vec<f64> =
-            self.0.iter().filter_map(|row| row.get(angle)).map(|number| unit.stated(*number)).collect();
-        numbers.sort_unstable_by(f64::total_cmp);
-        numbers.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
-        numbers
+        self.rows.iter().map(pair).collect()
     }
 
     /// Whether an angle is not 0 everywhere.
     fn has(&self, angle: usize) -> bool {
-        self.0.iter().filter_map(|row| row.get(angle)).any(|number| number.abs() > 1e-9)
+        self.rows.iter().filter_map(|row| row.get(angle)).any(|number| number.abs() > 1e-9)
     }
 
-    /// The share of the different numbers of some angles that are round in degrees if they have these units.
-    fn round(&self, declared: Reading, reading: Reading, angles: [usize; 2]) -> f64 {
+    /// The shares of different polar angles and of different azimuths that are round in degrees if they have the units of a reading.
+    fn round(&self, reading: Reading) -> [f64; 2] {
         /// Goniometers are set to multiples of this, degrees.
         const STEP_DEG: f64 = 2.5;
         /// By how much rounding to a few digits may change an angle, degrees.
         const DIGITS_DEG: f64 = 0.03;
-        let (mut round, mut all) = (0.0, 0.0);
-        for angle in angles {
-            let (Some(from), Some(to)) = (declared.units.get(angle), reading.units.get(angle)) else {
-                continue;
-            };
-            for number in self.different(angle, *from) {
-                let Some(degrees) =
-                    to.radians(number).map(f64::to_degrees).filter(|degrees| degrees.abs() > DIGITS_DEG)
-                else {
-                    continue;
-                };
-                all += 1.0;
-                if (degrees / STEP_DEG - (degrees / STEP_DEG).round()).abs() * STEP_DEG < DIGITS_DEG {
-                    round += 1.0;
-                }
-            }
-        }
-        if all > 2.0 { round / all } else { 0.0 }
+        let is_round = |degrees: &f64| {
+            let steps = degrees / STEP_DEG;
+            (steps - steps.round()).abs() * STEP_DEG < DIGITS_DEG
+        };
+        let [theta_i, phi_i, theta_o, phi_o] = &self.different;
+        let [of_theta_i, of_phi_i, of_theta_o, of_phi_o] = reading.units;
+        [[(theta_i, of_theta_i), (theta_o, of_theta_o)], [(phi_i, of_phi_i), (phi_o, of_phi_o)]].map(
+            |angles| {
+                let degrees = angles.iter().flat_map(|(numbers, unit)| {
+                    numbers.iter().filter_map(|number| unit.radians(*number)).map(f64::to_degrees)
+                });
+                let degrees: Vec<f64> = degrees.filter(|degrees| degrees.abs() > DIGITS_DEG).collect();
+                let round = degrees.iter().filter(|degrees| is_round(degrees)).count();
+                if degrees.len() > 2 { count(round) / count(degrees.len()) } else { 0.0 }
+            },
+        )
     }
 }
 
 impl Score {
-    fn of(sketch: &Sketch, pairs: Vec<Pair>, bright: Option<&Bright>, round: [f64; 2]) -> Option<Self> {
-        let apart_deg = bright.and_then(|bright| bright.apart(&pairs)).map(Apart::least);
-        let sketch = sketch.with(pairs);
-        Some(Self { rough: sketch.roughness()?, apart_deg, poles: variation(&sketch), round })
+    fn of(sketch: &Sketch, pairs: &[Pair], bright: Option<&Bright>, round: [f64; 2]) -> Option<Self> {
+        let apart_deg = bright.and_then(|bright| bright.apart(pairs)).map(Apart::least);
+        Some(Self { rough: sketch.roughness(pairs)?, apart_deg, poles: variation(sketch, pairs), round })
     }
 
     /// By how much it is better than another, in each respect.
@@ -208,7 +217,6 @@ fn polar(pairs: &[Pair]) -> (f64, f64) {
 struct AsRead<'a> {
     sketch: &'a Sketch,
     numbers: &'a Numbers,
-    reading: Reading,
     bright: Option<&'a Bright>,
     score: Score,
     /// The smallest and the largest angle to the normal, radians.
@@ -221,22 +229,15 @@ struct AsRead<'a> {
 
 impl<'a> AsRead<'a> {
     /// `None` if all values are alike.
-    fn new(
-        sketch: &'a Sketch,
-        numbers: &'a Numbers,
-        reading: Reading,
-        bright: Option<&'a Bright>,
-    ) -> Option<Self> {
+    fn new(sketch: &'a Sketch, numbers: &'a Numbers, bright: Option<&'a Bright>) -> Option<Self> {
         let polar = polar(&sketch.pairs);
-        let azimuths = numbers.0.iter().flat_map(|[_, phi_i, _, phi_o]| [phi_i.abs(), phi_o.abs()]);
+        let azimuths = numbers.rows.iter().flat_map(|[_, phi_i, _, phi_o]| [phi_i.abs(), phi_o.abs()]);
         let farthest = azimuths.fold(0.0, f64::max);
         let (_, steepest) = polar;
-        let round = [[0, 2], [1, 3]].map(|angles| numbers.round(reading, reading, angles));
         Some(Self {
-            score: Score::of(sketch, sketch.pairs.clone(), bright, round)?,
+            score: Score::of(sketch, &sketch.pairs, bright, numbers.round(numbers.read))?,
             sketch,
             numbers,
-            reading,
             bright,
             polar,
             narrow: steepest > 0.0 && steepest < NARROWEST,
@@ -246,7 +247,7 @@ impl<'a> AsRead<'a> {
 
     /// By how much another reading is better, and how good it is; `None` if it is not better.
     fn weigh(&self, other: Reading) -> Option<(f64, Score)> {
-        let pairs = self.numbers.pairs(self.reading, other)?;
+        let pairs = self.numbers.pairs(other)?;
         let (low, high) = polar(&pairs);
         let (flattest, steepest) = self.polar;
         // No reading is better for putting all directions into one place.
@@ -258,8 +259,7 @@ impl<'a> AsRead<'a> {
         if self.narrow && theta_i != theta_o && self.numbers.has(0) && self.numbers.has(2) {
             return None;
         }
-        let round = [[0, 2], [1, 3]].map(|angles| self.numbers.round(self.reading, other, angles));
-        let score = Score::of(self.sketch, pairs, self.bright, round)?;
+        let score = Score::of(self.sketch, &pairs, self.bright, self.numbers.round(other))?;
         let mut gains = score.gains(&self.score);
         let widens = self.narrow && high - low > WIDE;
         // Directions within a degree of each other are near any lobe.
@@ -277,7 +277,7 @@ impl<'a> AsRead<'a> {
 
 /// Other units of the angles.
 fn units(as_read: &AsRead<'_>, stated: &Stated, conventions: &Conventions) -> Option<OtherReading> {
-    let readings = readings(as_read.numbers, as_read.reading, stated).into_iter();
+    let readings = readings(as_read.numbers, stated).into_iter();
     let found: Vec<(f64, Reading, Score)> = readings
         .filter_map(|reading| as_read.weigh(reading).map(|(total, score)| (total, reading, score)))
         .collect();
@@ -285,9 +285,8 @@ fn units(as_read: &AsRead<'_>, stated: &Stated, conventions: &Conventions) -> Op
     let equal: Vec<&(f64, Reading, Score)> =
         found.iter().filter(|(total, ..)| *total > best - EQUAL).collect();
     let (_, _, otherwise) = equal.first()?;
-    let option = |(_, reading, _): &&(f64, Reading, Score)| {
-        option(as_read.numbers, as_read.reading, *reading, stated, conventions)
-    };
+    let option =
+        |(_, reading, _): &&(f64, Reading, Score)| option(as_read.numbers, *reading, stated, conventions);
     let (_, steepest) = as_read.polar;
     let evidence = Evidence::Angles {
         apart_deg: as_read
@@ -315,14 +314,15 @@ fn varies(as_read: &Score, otherwise: &Score) -> Option<f64> {
 
 /// The readings to try: another unit for both polar angles, for one of them, for azimuths, or for all angles, and another origin of the viewer's
 /// azimuth where the light's varies.
-fn readings(numbers: &Numbers, declared: Reading, stated: &Stated) -> Vec<Reading> {
+fn readings(numbers: &Numbers, stated: &Stated) -> Vec<Reading> {
+    let declared = numbers.read;
     let [theta_i, phi_i, theta_o, phi_o] = declared.units;
     let mut readings = Vec::new();
     let mut add = |units: [AngleUnit; 4]| readings.push(Reading { units, ..declared });
     let has_azimuths = numbers.has(1) || numbers.has(3);
     // Numbers within a degree or so are no elevations: all would lie at the horizon.
     let within =
-        |angle: usize| numbers.0.iter().filter_map(|row| row.get(angle)).all(|number| *number < NARROWEST);
+        |angle: usize| numbers.rows.iter().filter_map(|row| row.get(angle)).all(|number| *number < NARROWEST);
     let flat = within(0) || within(2);
     for other in AngleUnit::ALL.into_iter().filter(|unit| !(flat && *unit == AngleUnit::Elevation)) {
         let polar = other != theta_i || other != theta_o;
@@ -367,11 +367,11 @@ fn readings(numbers: &Numbers, declared: Reading, stated: &Stated) -> Vec<Readin
 /// The option that makes brdfit read a file so; `None` if there is none.
 fn option(
     numbers: &Numbers,
-    declared: Reading,
     reading: Reading,
     stated: &Stated,
     conventions: &Conventions,
 ) -> Option<(OptionName, String)> {
+    let declared = numbers.read;
     if reading.light != declared.light {
         return Some((OptionName::LightDirection, reading.light.name().to_owned()));
     }
@@ -412,7 +412,8 @@ fn option(
 }
 
 /// Azimuths that count from the other side: the brightest samples lie about the light.
-fn side(sketch: &Sketch, numbers: &Numbers, declared: Reading, bright: &Bright) -> Option<OtherReading> {
+fn side(sketch: &Sketch, numbers: &Numbers, bright: &Bright) -> Option<OtherReading> {
+    let declared = numbers.read;
     let apart = bright.apart(&sketch.pairs)?;
     if apart.light_deg > ABOUT_DEG || apart.mirror_deg < apart.light_deg + ABOUT_DEG || weakens(sketch) {
         return None;
@@ -420,7 +421,7 @@ fn side(sketch: &Sketch, numbers: &Numbers, declared: Reading, bright: &Bright) 
     let mut options = Vec::new();
     for origin in AzimuthOrigin::ALL {
         let reading = Reading { origin: Some(origin), ..declared };
-        let mends = numbers.pairs(declared, reading).and_then(|pairs| bright.apart(&pairs));
+        let mends = numbers.pairs(reading).and_then(|pairs| bright.apart(&pairs));
         if mends.is_some_and(|mended| mended.mirror_deg < ABOUT_DEG) {
             options.push((OptionName::Azimuth, origin.name().to_owned()));
         }

@@ -3,10 +3,9 @@
 use super::energy;
 use crate::error::OptionName;
 use crate::health::laws::exchange::Cosine;
-use crate::health::laws::neighbours::median;
 use crate::health::laws::sketch::Sketch;
-use crate::math::count;
-use crate::measurement::reading::{Angle, Conventions, Quantity};
+use crate::math::{count, median};
+use crate::measurement::reading::{Conventions, Quantity};
 use crate::measurement::{BRIGHTEST, CALIBRATION, Evidence, Measurement, OtherReading, readings_with_albedo};
 use std::f64::consts::PI;
 
@@ -23,9 +22,8 @@ const ABOVE_WHITE: f64 = 2.0;
 
 /// Values that are f times a cosine.
 pub(super) fn cosine(cosine: Cosine, conventions: &Conventions) -> OtherReading {
-    let word = if cosine.of == Angle::ThetaI { "f-cos-i" } else { "f-cos-o" };
     let evidence = Evidence::Exchange { cosine: cosine.of, pairs: cosine.pairs, differ: cosine.differ };
-    OtherReading { evidence, options: options(&conventions.quantity, &[word]) }
+    OtherReading { evidence, options: options(&conventions.quantity, &[cosine.quantity()]) }
 }
 
 /// Values that are too large to be f.
@@ -66,10 +64,11 @@ fn options(quantity: &Quantity, words: &[&str]) -> Vec<(OptionName, String)> {
 /// An albedo above 1.
 fn albedo(measurement: &Measurement, quantity: &Quantity) -> Option<OtherReading> {
     let most = energy::most(measurement).filter(|most| most.at_least > ABOVE_ONE)?;
-    let scale = Some(most.at_least).filter(|scale| *scale < CALIBRATION);
-    let evidence = Evidence::Albedo { at_least: most.at_least, theta_i_deg: most.theta_i_deg, scale };
+    let evidence = Evidence::Albedo { at_least: most.at_least, theta_i_deg: most.theta_i_deg };
     let mut options = options(quantity, &readings_with_albedo(most.at_least));
-    options.extend(scale.map(|_| (OptionName::Scale, String::new())));
+    if most.at_least < CALIBRATION {
+        options.push((OptionName::Scale, String::new()));
+    }
     Some(OtherReading { evidence, options })
 }
 
@@ -104,7 +103,7 @@ pub(super) fn decibels(
     let quantity = &conventions.quantity;
     let below = sketch.values.iter().filter(|value| **value < 0.0).count();
     let share = count(below) / count(sketch.values.len());
-    let by_noise = share < MOSTLY && sketch.roughness()? > NO_NOISE;
+    let by_noise = share < MOSTLY && sketch.roughness(&sketch.pairs)? > NO_NOISE;
     if share < NEGATIVE || quantity.is_decibel() || by_noise {
         return None;
     }

@@ -10,6 +10,7 @@ mod search;
 mod task;
 mod verdict;
 
+pub use crate::error::Suggestion;
 #[doc(hidden)]
 pub use budget::checked_target;
 pub use budget::{fit_to_target, fit_within};
@@ -35,6 +36,4 @@ pub use verdict::hold_out::{Fold, HeldOut};
 pub use verdict::misfit::{Misfit, NoiseSource, Worst};
 pub use verdict::profiled_interval::{OpenEnd, ProfiledInterval};
 pub use verdict::result::{Fit, Selection};
-pub use verdict::warning::{
-    AtBound, NotSeparated, Saturated, Side, Suggestion, Unusable, Warning, WarningKind,
-};
+pub use verdict::warning::{AtBound, NotSeparated, Saturated, Side, Unusable, Warning, WarningKind};

@@ -1,12 +1,11 @@
 //! What each law says of a measurement: it holds, it is broken, or it was not judged, and why.
 
 use super::ALBEDO_SLACK;
+use super::Finding;
 use super::channel::{MeasuredAlbedo, MeasuredChannel};
 use super::laws::exchange::Cosine;
-use super::{Finding, Suggestion};
-use crate::error::{OptionName, rounded};
+use crate::error::{OptionName, Suggestion, rounded};
 use crate::measurement::Doubt;
-use crate::measurement::reading::Angle;
 use serde::Serialize;
 
 /// Relative rms difference of pairs measured both ways above which a measurement is not reciprocal.
@@ -147,7 +146,8 @@ impl Judged {
     }
 
     /// Values that differ when light and viewer change places as a cosine does.
-    fn cosine(&mut self, Cosine { of, pairs, differ: [read, otherwise] }: Cosine) {
+    fn cosine(&mut self, cosine: Cosine) {
+        let Cosine { of, pairs, differ: [read, otherwise] } = cosine;
         let [read, otherwise] = [read, otherwise].map(|share| rounded(100.0 * share, 0));
         let text = format!(
             "values differ by {read} % when light and viewer change places (median of {pairs} pairs), and by {otherwise} % with cos({}) divided \
@@ -155,8 +155,8 @@ impl Judged {
             of.name(),
             of.name()
         );
-        let value = if of == Angle::ThetaI { "f-cos-i" } else { "f-cos-o" };
-        let suggestion = Some(Suggestion { option: OptionName::Quantity, value: value.to_owned() });
+        let value = cosine.quantity().to_owned();
+        let suggestion = Some(Suggestion { option: OptionName::Quantity, value });
         self.findings.push(Finding {
             kind: "not-reciprocal",
             breaks: true,

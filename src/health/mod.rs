@@ -30,12 +30,12 @@ pub use physics::{Albedo, Extreme, Reciprocity};
 pub use quadrature::{Integral, Quadrature, directional_albedo};
 pub use text::{measurement_lines, measurement_table, model_lines, model_table};
 
-use crate::error::{OptionName, rounded};
+use crate::error::{Suggestion, rounded};
 use crate::model::Expression;
 use crate::parameters::{ParameterTable, ParameterValue};
 use crate::progress::Progress;
 use angles::written;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 /// Name of the schema of both forms.
 pub const SCHEMA: &str = "brdfit.check/1";
@@ -61,21 +61,6 @@ pub struct Finding {
     pub text: String,
     /// An option that would mend it, such as `quantity` with `f-cos-o`; null if there is none.
     pub suggestion: Option<Suggestion>,
-}
-
-/// An option, and a value for it.
-#[derive(Clone, Debug, Serialize)]
-pub struct Suggestion {
-    /// The option.
-    #[serde(serialize_with = "by_name")]
-    pub option: OptionName,
-    /// The value.
-    pub value: String,
-}
-
-/// An option as JSON.
-fn by_name<S: Serializer>(option: &OptionName, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(option.name())
 }
 
 /// The result of checking a model.

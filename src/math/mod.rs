@@ -18,6 +18,15 @@ pub use quadrature::GaussLegendre;
 pub use scalar::{Real, Scalar};
 pub use wide::Wide;
 
+/// (sqrt 5 - 1)/2. Its multiples modulo 1 are spread most evenly, without a pattern.
+pub(crate) const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// The median of numbers, the larger of both in the middle; `None` if there are none.
+pub(crate) fn median(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_unstable_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied()
+}
+
 /// Converts a count to a floating-point number.
 ///
 /// The conversion is exact up to 2^53, far beyond any number of samples that fits in memory.

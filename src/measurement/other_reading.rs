@@ -81,9 +81,6 @@ pub enum Evidence {
         at_least: f64,
         /// The smallest and the largest angle of incidence, degrees.
         theta_i_deg: [f64; 2],
-        /// The factor by which all values would have to be smaller, at least, if only their scale were wrong; `None` if that is too large for
-        /// an error of calibration.
-        scale: Option<f64>,
     },
     /// Every value measured in one plane is larger than that of a perfect white.
     AboveWhite {
@@ -152,7 +149,7 @@ impl fmt::Display for OtherReading {
                 percent(*read),
                 percent(*otherwise)
             ),
-            Evidence::Albedo { at_least, theta_i_deg: [low, high], scale } => {
+            Evidence::Albedo { at_least, theta_i_deg: [low, high] } => {
                 let theta_i = if high - low < 1.0 {
                     format!("= {low:.0}")
                 } else {
@@ -164,8 +161,8 @@ impl fmt::Display for OtherReading {
                      times the light that it receives, and no albedo is above 1",
                     rounded(*at_least, 3)
                 )?;
-                if let Some(scale) = scale {
-                    write!(f, "; or their scale is at least {scale:.3} times too large")?;
+                if self.options.iter().any(|(option, _)| *option == OptionName::Scale) {
+                    write!(f, "; or their scale is at least {} times too large", rounded(*at_least, 3))?;
                 }
                 Ok(())
             }

@@ -4,7 +4,7 @@ use super::interpolant::leave_each_out;
 use super::{Channel, Doubt, Interpolant, Measurement};
 use crate::error::short;
 use crate::geometry::{Azimuths, Directions, Pair};
-use crate::math::count;
+use crate::math::{count, median};
 
 /// Number of samples of a channel that are looked at, evenly over the file.
 const LOOKED_AT: usize = 20_000;
@@ -127,11 +127,6 @@ fn far_from_neighbours(measurement: &Measurement, pairs: &[Pair], row: &[f64], v
         distances = values.iter().zip(left_out).map(distance).collect();
     }
     ((value - level).abs() > NOISES * median(distances)?).then_some(level)
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 #[cfg(test)]

@@ -8,11 +8,9 @@
 //! panel    L A |cos(theta_l)| cos(theta_i)/d^2         L: radiance, A: area of its cell, theta_l: angle to its normal
 //! ```
 
+use crate::math::GOLDEN;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-
-/// (sqrt 5 - 1)/2, whose multiples fill a circle most evenly.
-pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A point of light.
 #[derive(Clone, Copy, Debug)]

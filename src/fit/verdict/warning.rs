@@ -1,7 +1,7 @@
 //! The warnings of a fit, and their texts.
 
 use super::misfit::Misfit;
-use crate::error::{OptionName, listed, rounded};
+use crate::error::{OptionName, Suggestion, listed, rounded};
 use crate::fit::problem::metric::Metric;
 use crate::geometry::Azimuths;
 use crate::measurement::{Doubt, readings_with_albedo};
@@ -317,15 +317,6 @@ pub struct Saturated {
     pub samples: usize,
     /// The value, 1/sr.
     pub value: f64,
-}
-
-/// An option that helps with the cause of a warning, and a value for it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Suggestion {
-    /// The option.
-    pub option: OptionName,
-    /// The value to give it, such as `cook-torrance.m=LO..HI`; empty if the choice is the user's.
-    pub value: String,
 }
 
 impl Warning {

@@ -1,9 +1,12 @@
 //! Exchange: f stays the same when light and viewer change places (Helmholtz), f cos(theta) does not.
 
-use super::neighbours::{between, median, nearest, point, some_of};
+use super::neighbours::{between, nearest, point};
 use super::sketch::Sketch;
 use crate::geometry::Pair;
+use crate::math::median;
+use crate::measurement::interpolant::spread;
 use crate::measurement::reading::Angle;
+use rayon::prelude::*;
 
 /// The most pairs that are compared.
 const COMPARED: usize = 500;
@@ -33,46 +36,40 @@ pub(crate) struct Cosine {
     pub differ: [f64; 2],
 }
 
+impl Cosine {
+    /// The quantity that values are, as options name it.
+    pub fn quantity(&self) -> &'static str {
+        if self.of == Angle::ThetaI { "f-cos-i" } else { "f-cos-o" }
+    }
+}
+
 /// The cosine that exchanging light and viewer brings to light; `None` if there is none.
 pub(crate) fn cosine(sketch: &Sketch) -> Option<Cosine> {
     let usable =
         |pair: &Pair, value: f64| value > 0.0 && pair.wi.z > LEAST_COSINE && pair.wo.z > LEAST_COSINE;
-    let kept: Vec<(Pair, f64)> = sketch
-        .pairs
-        .iter()
-        .zip(&sketch.values)
-        .map(|(pair, value)| (*pair, *value))
-        .filter(|(pair, value)| usable(pair, *value))
-        .collect();
-    let logarithms: Vec<f64> = kept.iter().map(|(_, value)| value.ln()).collect();
-    let points: Vec<[f64; 6]> = kept.iter().map(|(pair, _)| point(pair, sketch.isotropic)).collect();
-    // ln f(wi, wo)/f(wo, wi), and the logarithm of the ratio of the cosines of viewer and light.
-    let mut compared: Vec<(f64, f64)> = Vec::new();
-    let slanting: Vec<usize> = (0..kept.len())
-        .filter(|index| {
-            kept.get(*index).is_some_and(|(pair, _)| (pair.wo.z / pair.wi.z).ln().abs() > DIFFERENT)
-        })
-        .collect();
-    for place in some_of(slanting.len(), COMPARED) {
-        let Some(index) = slanting.get(place) else { continue };
-        let (Some((pair, _)), Some(own)) = (kept.get(*index), logarithms.get(*index)) else { continue };
-        let exchanged = Pair { wi: pair.wo, wo: pair.wi };
-        let there = point(&exchanged, sketch.isotropic);
-        let near = nearest(&points, &there, |other| other == *index);
+    let kept = sketch.pairs.iter().zip(&sketch.values).filter(|(pair, value)| usable(pair, **value));
+    let (pairs, logarithms): (Vec<Pair>, Vec<f64>) = kept.map(|(pair, value)| (*pair, value.ln())).unzip();
+    let points: Vec<[f64; 6]> = pairs.iter().map(|pair| point(pair, sketch.isotropic)).collect();
+    // The logarithm of the ratio of the cosines of viewer and light.
+    let cosines = |pair: &Pair| (pair.wo.z / pair.wi.z).ln();
+    let differs = |index: &usize| pairs.get(*index).is_some_and(|pair| cosines(pair).abs() > DIFFERENT);
+    let slanting: Vec<usize> = (0..pairs.len()).filter(differs).collect();
+    // ln f(wi, wo)/f(wo, wi), and that of the cosines.
+    let compare = |place: usize| {
+        let index = *slanting.get(place)?;
+        let (pair, own) = (pairs.get(index)?, logarithms.get(index)?);
+        let there = point(&Pair { wi: pair.wo, wo: pair.wi }, sketch.isotropic);
+        let near = nearest(&points, &there, |other| other == index);
         let [(first, _), ..] = near;
         // What was measured in the very place needs no neighbours.
         let about = if first < SAME { 1 } else { ABOUT };
-        let values: Vec<f64> =
-            near.iter().take(about).filter_map(|(_, other)| logarithms.get(*other).copied()).collect();
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        if first < FAR
-            && high - low < STEADY
-            && let Some(other) = between(&points, &logarithms, &there, &near)
-        {
-            compared.push((own - other, (pair.wo.z / pair.wi.z).ln()));
-        }
-    }
+        let values = near.iter().take(about).filter_map(|(_, other)| logarithms.get(*other));
+        let (low, high) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (value.min(low), value.max(high)));
+        let other = between(&points, &logarithms, &there, &near)?;
+        (first < FAR && high - low < STEADY).then(|| (own - other, cosines(pair)))
+    };
+    let compared: Vec<(f64, f64)> = spread(slanting.len(), COMPARED).filter_map(compare).collect();
     if compared.len() < FEWEST {
         return None;
     }

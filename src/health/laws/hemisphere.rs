@@ -5,9 +5,10 @@
 //! samples, it is at least 0. Where no angle of incidence has samples all over the hemisphere, but a range of angles has, the smallest f in that
 //! range bounds the albedo from below: lobes lie elsewhere for each angle, and do not add up.
 
+use super::neighbours::point;
 use crate::geometry::{Directions, Pair};
 use crate::health::channel::MeasuredAlbedo;
-use crate::math::count;
+use crate::math::{GOLDEN, count};
 use crate::measurement::Measurement;
 use std::f64::consts::PI;
 
@@ -65,11 +66,9 @@ pub(crate) fn albedos(measurement: &Measurement) -> Vec<Vec<MeasuredAlbedo>> {
     by_channel(ranges.iter().map(|group| of_range(group, &measurement.values)).collect())
 }
 
-fn sample(index: usize, Pair { wi, wo }: &Pair) -> Sample {
-    let slant = wi.x.hypot(wi.y);
-    let (x, y) = if slant > 1e-9 { (wi.x / slant, wi.y / slant) } else { (1.0, 0.0) };
-    let turned = [wo.x * x + wo.y * y, (wo.y * x - wo.x * y).abs(), wo.z];
-    Sample { index, theta_i: slant.atan2(wi.z), wo: turned }
+fn sample(index: usize, pair: &Pair) -> Sample {
+    let [slant, _, z, wo @ ..] = point(pair, true);
+    Sample { index, theta_i: slant.atan2(z), wo }
 }
 
 /// The samples by their angle of incidence: those of one range together.
@@ -103,8 +102,6 @@ fn spans(group: &[&Sample]) -> bool {
 
 /// The directions over which is summed, spread evenly by their cosine over half the hemisphere.
 fn directions() -> impl Iterator<Item = [f64; 3]> {
-    /// The fractional part of the golden ratio, whose multiples are spread evenly.
-    const GOLDEN: f64 = 0.618_033_988_749_895;
     (0..SUMMED).map(|k| {
         let sine2 = (count(k) + 0.5) / count(SUMMED);
         let phi = PI * (count(k) * GOLDEN).fract();

@@ -1,9 +1,8 @@
 //! Lobes: the brightest samples lie where light and viewer mirror each other, or, on a retro-reflector, where both coincide.
 
-use super::neighbours::median;
 use super::sketch::Sketch;
 use crate::geometry::Pair;
-use crate::math::count;
+use crate::math::{count, median};
 use glam::DVec3;
 
 /// The share of samples that count as the brightest.
@@ -42,15 +41,10 @@ impl Bright {
         let mut samples: Vec<usize> = (0..values.len()).collect();
         let value = |index: &usize| values.get(*index).copied().unwrap_or(f64::NEG_INFINITY);
         samples.sort_by(|a, b| value(b).total_cmp(&value(a)));
-        let wanted = samples.iter().take_while({
-            let mut left = (BRIGHTEST * count(values.len())).max(count(FEWEST));
-            move |_| {
-                left -= 1.0;
-                left >= 0.0
-            }
-        });
+        let most = (BRIGHTEST * count(values.len())).max(count(FEWEST));
+        let wanted = samples.into_iter().enumerate().take_while(|(place, _)| count(place + 1) <= most);
         let middle = median(values.clone())?;
-        let brightest: Vec<usize> = wanted.copied().collect();
+        let brightest: Vec<usize> = wanted.map(|(_, index)| index).collect();
         let mean = brightest.iter().map(value).sum::<f64>() / count(brightest.len().max(1));
         let least = CONTRAST * middle.max(0.0);
         let samples = brightest.iter().copied().filter(|index| value(index) > least).collect();

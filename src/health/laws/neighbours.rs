@@ -1,7 +1,6 @@
 //! Pairs of directions as points, and what lies near them.
 
 use crate::geometry::Pair;
-use crate::math::count;
 use glam::DVec3;
 use nalgebra::{SMatrix, SVector};
 
@@ -81,31 +80,4 @@ pub(crate) fn between(points: &[[f64; 6]], values: &[f64], at: &[f64; 6], near: 
     let (low, high) =
         known().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, _, f)| (f.min(low), f.max(high)));
     Some((value - slope.dot(&place)).clamp(low, high))
-}
-
-/// Every so many of `n` things, such that about `most` remain.
-pub(crate) fn some_of(n: usize, most: usize) -> impl Iterator<Item = usize> {
-    let step = (count(n) / count(most)).max(1.0);
-    let wanted = n.min(most);
-    (0..wanted).map(move |k| floor(step * count(k))).filter(move |index| *index < n)
-}
-
-/// The whole part of a number that is not negative and no larger than a length.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "between 0 and the number of samples"
-)]
-fn floor(x: f64) -> usize {
-    x as usize
-}
-
-/// The median of numbers; `None` if there are none.
-pub(crate) fn median(mut numbers: Vec<f64>) -> Option<f64> {
-    let middle = numbers.len() / 2;
-    if numbers.is_empty() {
-        return None;
-    }
-    numbers.sort_unstable_by(f64::total_cmp);
-    numbers.get(middle).copied()
 }

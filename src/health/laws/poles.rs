@@ -1,14 +1,15 @@
 //! About the normal, azimuths make no difference: the directions at one angle to it lie on a ring, which shrinks to a point there.
 
-use super::neighbours::{median, point};
 use super::sketch::Sketch;
-use crate::math::count;
+use crate::geometry::Pair;
+use crate::math::{count, median};
 use std::collections::BTreeMap;
 
 /// Rings must be at angles that differ by so much to be compared, degrees.
 const DIFFERENT_DEG: f64 = 25.0;
 /// What is added to how much f varies on a ring, beside the least on any ring, so that noise does not decide.
 const NOISE: f64 = 0.03;
+
 /// What is taken for a ring.
 #[derive(Clone, Copy)]
 struct Rings {
@@ -28,22 +29,22 @@ const SET: Rings = Rings { step_deg: 0.5, fewest: 4, compared: 1, apart_deg: 0.0
 const RANDOM: Rings = Rings { step_deg: 12.0, fewest: 8, compared: 3, apart_deg: 25.0 };
 
 /// How much more f varies with the azimuth on the smallest rings than on the largest, as a logarithm: below 0 where polar angles count from
-/// the normal. For the directions of the light, and of the viewer; `None` where there are no rings to compare.
-pub(crate) fn variation(sketch: &Sketch) -> [Option<f64>; 2] {
+/// the normal. For the directions of the light, and of the viewer, if `pairs` were those of the samples; `None` where there are no rings to
+/// compare.
+pub(crate) fn variation(sketch: &Sketch, pairs: &[Pair]) -> [Option<f64>; 2] {
     if !sketch.isotropic {
         return [None; 2];
     }
-    let set = on(SET, sketch);
-    if set.iter().any(Option::is_some) { set } else { on(RANDOM, sketch) }
+    let set = on(SET, pairs, &sketch.values);
+    if set.iter().any(Option::is_some) { set } else { on(RANDOM, pairs, &sketch.values) }
 }
 
 /// [`variation`] on rings of one kind.
-fn on(kind: Rings, sketch: &Sketch) -> [Option<f64>; 2] {
+fn on(kind: Rings, pairs: &[Pair], values: &[f64]) -> [Option<f64>; 2] {
     let step = |cosine: f64| step(cosine, kind.step_deg);
     let mut rings: BTreeMap<(i32, i32), Vec<f64>> = BTreeMap::new();
-    for (pair, value) in sketch.pairs.iter().zip(&sketch.values).filter(|(_, value)| **value > 0.0) {
-        let [.., iz, _, _, oz] = point(pair, true);
-        rings.entry((step(iz), step(oz))).or_default().push(value.ln());
+    for (pair, value) in pairs.iter().zip(values).filter(|(_, value)| **value > 0.0) {
+        rings.entry((step(pair.wi.z), step(pair.wo.z))).or_default().push(value.ln());
     }
     // By the other angle: the angle of each ring in steps, and how much f varies on it.
     let mut of_light: BTreeMap<i32, Vec<(i32, f64)>> = BTreeMap::new();

@@ -1,8 +1,8 @@
 //! The samples that are looked at.
 
-use super::smoothness::roughness;
+use super::smoothness::{ranks, roughness};
 use crate::geometry::{Directions, Pair};
-use crate::math::count;
+use crate::math::{GOLDEN, count};
 use crate::measurement::{Doubt, Measurement};
 
 /// The most samples that are looked at.
@@ -22,6 +22,8 @@ pub(crate) struct Sketch {
     pub pairs: Vec<Pair>,
     /// The mean of the values of its channels, 1/sr.
     pub values: Vec<f64>,
+    /// Their ranks, from 0 to 1.
+    ranks: Vec<f64>,
     /// Whether f stays the same when light and viewer are turned about the normal together.
     pub isotropic: bool,
 }
@@ -31,13 +33,17 @@ impl Sketch {
     pub fn new(measurement: &Measurement) -> Option<Self> {
         let Directions::Scattered(pairs) = &measurement.directions else { return None };
         let every = thinned(pairs.len());
-        let mut sketch = Self { pairs: Vec::new(), values: Vec::new(), isotropic: true };
+        let mut sketch = Self { pairs: Vec::new(), values: Vec::new(), ranks: Vec::new(), isotropic: true };
         for (index, pair) in pairs.iter().enumerate().filter(|(index, _)| every(*index)) {
             if let Some(mean) = mean(measurement, index) {
                 sketch.pairs.push(*pair);
                 sketch.values.push(mean);
             }
         }
+        if sketch.values.len() < FEWEST {
+            return None;
+        }
+        sketch.ranks = ranks(&sketch.values);
         let azimuths =
             sketch.pairs.iter().filter(|pair| pair.wi.z < 0.9999).map(|pair| pair.wi.y.atan2(pair.wi.x));
         let range = azimuths
@@ -45,28 +51,21 @@ impl Sketch {
         if range.1 - range.0 > ONE_AZIMUTH {
             let [turned, not] = [true, false].map(|isotropic| {
                 sketch.isotropic = isotropic;
-                sketch.roughness().unwrap_or(f64::INFINITY)
+                sketch.roughness(&sketch.pairs).unwrap_or(f64::INFINITY)
             });
             sketch.isotropic = turned < ISOTROPIC * not;
         }
-        (sketch.values.len() >= FEWEST).then_some(sketch)
+        Some(sketch)
     }
 
-    /// See [`roughness`].
-    pub fn roughness(&self) -> Option<f64> {
-        roughness(&self.pairs, &self.values, self.isotropic)
-    }
-
-    /// A sketch with other directions for the same values.
-    pub fn with(&self, pairs: Vec<Pair>) -> Self {
-        Self { pairs, values: self.values.clone(), isotropic: self.isotropic }
+    /// The [`roughness`] of the values if these were their directions.
+    pub fn roughness(&self, pairs: &[Pair]) -> Option<f64> {
+        roughness(pairs, &self.ranks, self.isotropic)
     }
 }
 
 /// Whether a sample is among those that are looked at. They are spread evenly without following any pattern in the file's rows.
 fn thinned(samples: usize) -> impl Fn(usize) -> bool {
-    /// The fractional part of the golden ratio, whose multiples are spread evenly.
-    const GOLDEN: f64 = 0.618_033_988_749_895;
     let share = count(MOST) / count(samples.max(1));
     move |index| (count(index) * GOLDEN).fract() < share
 }

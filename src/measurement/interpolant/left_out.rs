@@ -41,7 +41,7 @@ pub(super) fn apart(found: &[f64], measured: impl Iterator<Item = f64>) -> Optio
 }
 
 /// At most `most` indices below `n`, evenly spread.
-pub(super) fn spread(n: usize, most: usize) -> impl IndexedParallelIterator<Item = usize> {
+pub(crate) fn spread(n: usize, most: usize) -> impl IndexedParallelIterator<Item = usize> {
     let taken = n.min(most);
     (0..taken).into_par_iter().map(move |i| i * n / taken.max(1))
 }

@@ -29,6 +29,7 @@ pub(crate) use neighbours::{Neighbours, Twins};
 use super::missing::{Alike, alike};
 use super::{Continuous, Measurement};
 use crate::geometry::{Directions, Pair, gather};
+pub(crate) use left_out::spread;
 use left_out::summary;
 use rayon::prelude::*;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! The largest eigenvalue of a symmetric matrix that is only given by its product with a vector.
 
-use crate::math::count;
+use crate::math::{GOLDEN, count};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Largest residual of the eigenvector, relative to its eigenvalue. The error of the eigenvalue is about the square of
@@ -21,9 +21,7 @@ pub(super) fn largest_eigenpair(
     n: usize,
     apply: impl Fn(&DVector<f64>) -> DVector<f64>,
 ) -> Option<(f64, DVector<f64>)> {
-    /// The golden ratio less 1. Its multiples modulo 1 are spread without a pattern, so that no symmetry of the matrix
-    /// hides a vector.
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    // Without a pattern, so that no symmetry of the matrix hides a vector.
     let start = DVector::from_fn(n, |i, _| 0.5 + (count(i + 1) * GOLDEN).fract());
     let mut next = start.try_normalize(0.0)?;
     let mut basis: Vec<DVector<f64>> = Vec::new();
