@@ -200,6 +200,8 @@ pub enum NameKind {
     Material,
     /// A renderer to export to.
     Target,
+    /// A language that models are written in.
+    Language,
     /// The primaries of a colour.
     Primaries,
 }
@@ -218,6 +220,7 @@ impl fmt::Display for NameKind {
             Self::Format => "a format",
             Self::Material => "a material",
             Self::Target => "a target",
+            Self::Language => "a language",
         })
     }
 }

@@ -112,6 +112,8 @@ pub mod synthetic;
 
 // What the program, the tests and the benchmarks are made of besides. Not an interface: it changes without notice.
 #[doc(hidden)]
+pub mod code;
+#[doc(hidden)]
 pub mod drawdown;
 #[doc(hidden)]
 pub mod export;

@@ -3,7 +3,7 @@
 //! Its manual: <https://docs.blender.org/manual/en/latest/render/shader_nodes/shader/>. Lobes are added without weights. `GGX` is set
 //! everywhere: the default of Blender adds light that facets reflect to one another.
 
-use super::target::{Target, UNSTATED};
+use super::target::{Holds, Target, UNSTATED};
 use super::values::{LobeOf, NotHeld, Values, commented, joined};
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ pub(super) const TARGET: Target = Target {
     summary: "Blender 4.2 and later: a Python script that makes the material",
     extension: "py",
     own: "lambert + cook-torrance(d=ggx, g=smith, f=schlick)",
-    holds,
+    holds: Holds::Materials(holds),
     primaries: UNSTATED,
     caveat: "",
 };

@@ -5,7 +5,7 @@
 //! material, from which `brdfit fit --init` reads it.
 
 use super::sphere::Sphere;
-use super::target::Target;
+use super::target::{Holds, Target};
 use super::values::{LobeOf, NotHeld, Values};
 use serde_json::{Map, Value, json};
 
@@ -14,7 +14,7 @@ pub(super) const TARGET: Target = Target {
     summary: "glTF 2.0: a sphere with a material",
     extension: "gltf",
     own: "gltf",
-    holds,
+    holds: Holds::Materials(holds),
     primaries: &[("rec709", "")],
     caveat: "the formula is that of appendix B of the specification, from which viewers may depart",
 };

@@ -2,7 +2,7 @@
 //!
 //! Its definition: libraries/bxdf/standard_surface.mtlx of MaterialX 1.39 (<https://materialx.org>).
 
-use super::target::Target;
+use super::target::{Holds, Target};
 use super::values::{LobeOf, NotHeld, Values, joined, xml_comment};
 
 pub(super) const TARGET: Target = Target {
@@ -10,7 +10,7 @@ pub(super) const TARGET: Target = Target {
     summary: "MaterialX: a material of the node standard_surface",
     extension: "mtlx",
     own: "standard-surface",
-    holds,
+    holds: Holds::Materials(holds),
     primaries: &[("rec709", "lin_rec709"), ("display-p3", "lin_displayp3"), ("acescg", "acescg")],
     caveat: "exact for the GLSL that MaterialX 1.39 generates; other renderers may evaluate the node in their own way",
 };

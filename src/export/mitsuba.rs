@@ -4,7 +4,7 @@
 //! 3.9. A sum is a blend of lobes that are divided by their weights, which is exact. Metal of `principled` has no scale, so that its
 //! weight in the blend is the strength of the lobe.
 
-use super::target::{Target, UNSTATED};
+use super::target::{Holds, Target, UNSTATED};
 use super::values::{LobeOf, NotHeld, Values, joined, xml_comment};
 
 pub(super) const TARGET: Target = Target {
@@ -12,7 +12,7 @@ pub(super) const TARGET: Target = Target {
     summary: "Mitsuba 3: XML of a BSDF",
     extension: "xml",
     own: "principled",
-    holds,
+    holds: Holds::Materials(holds),
     primaries: UNSTATED,
     caveat: "",
 };

@@ -3,7 +3,7 @@
 //! Its documentation: <https://pbrt.org/fileformat-v4>, `conductor`, `diffuse` and `mix`; a mixture chooses one of its materials at
 //! random, which is their weighted sum on average.
 
-use super::target::Target;
+use super::target::{Holds, Target};
 use super::values::{LobeOf, NotHeld, Values, commented, joined};
 
 pub(super) const TARGET: Target = Target {
@@ -11,7 +11,7 @@ pub(super) const TARGET: Target = Target {
     summary: "pbrt-v4: a named material",
     extension: "pbrt",
     own: "lambert(kd=0..1) + cook-torrance(d=ggx, g=smith, f=conductor, eta=1, ks=0.5)",
-    holds,
+    holds: Holds::Materials(holds),
     primaries: &[
         ("rec709", "srgb"),
         ("rec2020", "rec2020"),

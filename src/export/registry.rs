@@ -1,7 +1,7 @@
 //! The registry of all targets.
 
 use super::target::Target;
-use super::{blender, gltf, materialx, mitsuba, pbrt, radiance, usd};
+use super::{blender, code, gltf, materialx, mitsuba, pbrt, radiance, usd};
 use crate::error::{Error, NameKind};
 
 /// All targets.
@@ -13,6 +13,7 @@ pub const TARGETS: &[Target] = &[
     usd::TARGET,
     blender::TARGET,
     radiance::TARGET,
+    code::TARGET,
 ];
 
 /// The target with this name.

@@ -15,14 +15,23 @@ pub struct Target {
     pub summary: &'static str,
     /// The usual ending of the file's name, without the dot.
     pub extension: &'static str,
-    /// The model that is fitted if the target cannot hold another, with its constraints.
+    /// The model that is fitted if the target cannot hold another, with its constraints; empty if a report must be given.
     pub own: &'static str,
     /// What the target holds.
-    pub holds: fn(&Values) -> Result<String, NotHeld>,
+    pub holds: Holds,
     /// The primaries that its colours may have, and the target's name for each; the name is empty if a file cannot state it.
     pub primaries: &'static [(&'static str, &'static str)],
     /// What to know before relying on the file; empty if there is nothing.
     pub caveat: &'static str,
+}
+
+/// What a target holds.
+#[derive(Clone, Copy, Debug)]
+pub enum Holds {
+    /// Some models, in red, green and blue.
+    Materials(fn(&Values) -> Result<String, NotHeld>),
+    /// Every model, in the channels that it has.
+    Models(fn(&Expression, &ParameterTable, &About<'_>) -> Result<String, NotHeld>),
 }
 
 /// Primaries of a target whose files cannot state theirs, so that the scene must be rendered in the same.
@@ -60,9 +69,16 @@ impl Target {
         table: &ParameterTable,
         about: &About<'_>,
     ) -> Result<Written, NotHeld> {
-        let values = Values::new(expression, table, about)?;
-        let text = (self.holds)(&values)?;
-        Ok(Written { text, clamped: values.clamped() })
+        match self.holds {
+            Holds::Materials(holds) => {
+                let values = Values::new(expression, table, about)?;
+                let text = holds(&values)?;
+                Ok(Written { text, clamped: values.clamped() })
+            }
+            Holds::Models(holds) => {
+                Ok(Written { text: holds(expression, table, about)?, clamped: Vec::new() })
+            }
+        }
     }
 }
 

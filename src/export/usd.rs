@@ -2,7 +2,7 @@
 //!
 //! Its specification: <https://openusd.org/release/spec_usdpreviewsurface.html>, version 2.6.
 
-use super::target::Target;
+use super::target::{Holds, Target};
 use super::values::{LobeOf, NotHeld, Values, commented, joined};
 
 pub(super) const TARGET: Target = Target {
@@ -10,7 +10,7 @@ pub(super) const TARGET: Target = Target {
     summary: "USD: a sphere with a UsdPreviewSurface",
     extension: "usda",
     own: "usd-preview-surface",
-    holds,
+    holds: Holds::Materials(holds),
     primaries: &[
         ("rec709", "lin_rec709_scene"),
         ("rec2020", "lin_rec2020_scene"),

@@ -1,5 +1,6 @@
 //! The values of a fitted model, as the writers of targets ask for them.
 
+use crate::code::{Arguments, Language, NotWritten};
 use crate::measurement::red_green_blue;
 use crate::model::{Expression, STRENGTH};
 use crate::parameters::ParameterTable;
@@ -18,6 +19,8 @@ pub enum NotHeld {
     Primaries(&'static str),
     /// Channels are neither r, g and b nor one.
     Channels(Vec<String>),
+    /// The model cannot be written as code in the form that is wanted.
+    Code(NotWritten),
 }
 
 impl fmt::Display for NotHeld {
@@ -27,6 +30,7 @@ impl fmt::Display for NotHeld {
             Self::PerChannel(name) => write!(f, "it has one {name} for all channels"),
             Self::Primaries(wanted) => write!(f, "its colours are linear Rec.709, and {wanted} are wanted"),
             Self::Channels(names) => write!(f, "it has the channels r, g and b, not {}", names.join(", ")),
+            Self::Code(reason) => reason.fmt(f),
         }
     }
 }
@@ -40,6 +44,8 @@ pub struct About<'a> {
     pub color_space: &'static str,
     /// The report of the model that is written, for targets that can hold it.
     pub report: Option<&'a Report>,
+    /// The language that code is written in, and which parameters are its arguments.
+    pub code: Option<(&'static Language, Arguments)>,
 }
 
 /// A model at its values in red, green and blue, for one channel three times the same.

@@ -21,6 +21,7 @@
 //!
 //! NaN gives NaN. Every constant without a name of its own comes from `scripts/elementary_coefficients.py`.
 
+use super::scalar::Real;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI};
 
 /// 1.5 2^52: adding it to a number below 2^51 rounds that number to an integer, whose two's complement is then in the
@@ -49,8 +50,16 @@ const SIGN: u64 = 1 << 63;
 
 /// A polynomial by Horner's rule, with coefficients from the constant upwards.
 macro_rules! polynomial {
-    ($x:expr, [$constant:expr]) => { $constant };
-    ($x:expr, [$constant:expr, $($rest:expr),+]) => { $constant + $x * polynomial!($x, [$($rest),+]) };
+    ($x:expr, [$constant:expr]) => { literal_like($x, $constant) };
+    ($x:expr, [$constant:expr, $($rest:expr),+]) => {
+        literal_like($x, $constant) + $x * polynomial!($x, [$($rest),+])
+    };
+}
+
+/// A literal of the type of another number.
+#[inline(always)]
+fn literal_like<T: Real>(_: T, value: f64) -> T {
+    T::literal(value)
 }
 
 /// The same with even and odd powers separate: two chains of half the length, which a processor evaluates in parallel.
@@ -197,14 +206,15 @@ pub(crate) fn erfc(x: f64) -> f64 {
 /// is 1 + w q(t) with w = x/(x + k) = (1 + t)/2, where w q(t) stays below 0.29, which also keeps its rounding error
 /// small.
 #[inline(always)]
-pub(crate) fn erfcx(x: f64) -> f64 {
+pub(crate) fn erfcx<T: Real>(x: T) -> T {
     /// k, the x at which t = 0.
     const K: f64 = 3.75;
     // The quotient of two infinities is NaN; from 1e30 on the quotient is 1.
-    let near = if x > 1e30 { 1e30 } else { x };
-    let w = near / (near + K);
-    let t = (w + w) - 1.0;
-    let q = long_polynomial!(
+    let end = T::literal(1e30);
+    let near: T = T::if_less(end, x, end, x);
+    let w: T = near / near.plus(K);
+    let t: T = (w + w).plus(-1.0);
+    let q: T = long_polynomial!(
         t,
         [
             0.47502526167565506,
@@ -231,7 +241,24 @@ pub(crate) fn erfcx(x: f64) -> f64 {
             -5.237185672513449e-09
         ]
     );
-    (1.0 + w * q) / (1.0 + 2.0 * x)
+    let one = T::literal(1.0);
+    (one + w * q) / (one + x.times(2.0))
+}
+
+/// Complementary error function in numbers without bits, for languages that have none. Its relative error grows with x^2.
+pub(crate) fn erfc_by_erfcx<T: Real>(x: T) -> T {
+    let zero = T::literal(0.0);
+    let size: T = T::if_less(x, zero, -x, x);
+    // Beyond this the result is 0 or 2, and every step below stays finite.
+    let a: T = size.lesser(T::literal(28.0));
+    let upper: T = (-(a * a)).exp() * erfcx(a);
+    T::if_less(x, zero, (-upper).plus(2.0), upper)
+}
+
+/// ln(1 + x) from a logarithm, for languages that have no other way: what rounding removes from 1 + x is added again.
+pub(crate) fn ln_1p_by_ln<T: Real>(x: T) -> T {
+    let sum: T = x.plus(1.0);
+    sum.ln() + (x - sum.plus(-1.0)) / sum
 }
 
 /// Angle of the point (x, y), radians in [-pi, pi]; 0 at the origin. Both must be below 8e307.

@@ -1,4 +1,4 @@
-//! Numbers: the scalar trait that every formula uses, dual, wide and counting numbers, elementary functions, and
+//! Numbers: the scalar trait that every formula uses, dual, wide, counting and recording numbers, elementary functions, and
 //! quadrature.
 
 mod counted;
@@ -7,6 +7,7 @@ pub(crate) mod elementary;
 mod gamma;
 mod interval;
 mod quadrature;
+pub(crate) mod recorded;
 mod scalar;
 mod wide;
 
@@ -15,7 +16,7 @@ pub use dual::Dual;
 pub use gamma::ln_gamma;
 pub use interval::half_interval_of_student;
 pub use quadrature::GaussLegendre;
-pub use scalar::{Real, Scalar};
+pub use scalar::{Cell, Real, Scalar};
 pub use wide::Wide;
 
 /// (sqrt 5 - 1)/2. Its multiples modulo 1 are spread most evenly, without a pattern.

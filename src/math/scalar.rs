@@ -5,9 +5,10 @@
 //! through arithmetic that cannot depend on a parameter.
 //!
 //! Formulas choose between two expressions with [`Scalar::if_less`] instead of `if`, so that the same code can run on
-//! several samples at a time (lanes have no single truth value).
+//! several samples at a time (lanes have no single truth value). In the same spirit they read tables by [`Scalar::look_up`], which numbers
+//! that record what is done to them can follow.
 
-use super::elementary;
+use super::{count, elementary};
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -80,6 +81,19 @@ pub trait Scalar:
     #[must_use]
     fn if_less(a: Self::Real, b: Self::Real, then: Self, otherwise: Self) -> Self;
 
+    /// The cell of a table that a place falls into, counted from the first row. Places outside belong to the nearest cell, and NaN to
+    /// the first.
+    ///
+    /// # Panics
+    /// Panics if the table has fewer than two rows.
+    #[must_use]
+    #[inline(always)]
+    #[expect(clippy::indexing_slicing, reason = "the cell is kept inside the table")]
+    fn look_up<const N: usize>(rows: &[[Self; N]], place: Self::Real) -> Cell<Self, N> {
+        let number = place.whole().min(rows.len() - 2);
+        Cell { start: rows[number], end: rows[number + 1], number: Self::Real::literal(count(number)) }
+    }
+
     /// A constant given as a literal.
     #[must_use]
     #[inline(always)]
@@ -114,6 +128,17 @@ pub trait Scalar:
     fn squared(self) -> Self {
         self * self
     }
+}
+
+/// Two neighbouring rows of a table.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell<T: Scalar, const N: usize> {
+    /// The row at the cell's start.
+    pub start: [T; N],
+    /// The row at its end.
+    pub end: [T; N],
+    /// How many cells lie before it.
+    pub number: T::Real,
 }
 
 /// A plain number: `f64` or `f32`.

@@ -1,7 +1,7 @@
 //! Sums of models, written as `lambert + cook-torrance(d=ggx)`.
 
 use super::energy::largest_albedo;
-use super::registry::LobeCoefficients;
+use super::registry::{LobeCoefficients, summed};
 use super::strength::{STRENGTH, Strength, added};
 use super::{AnyModel, BasisBlock, Choices, Derivatives, ModelEntry, ParamSpec, REGISTRY};
 use crate::error::{Error, NameKind, excerpt};
@@ -310,11 +310,9 @@ impl Expression {
     ) -> Vec<T> {
         assert_eq!(parameters.len(), self.lobes.len(), "one set of values per lobe");
         let zero = T::constant(0.0);
-        let mut sums = vec![zero; geometries.len()];
-        for (lobe, values) in self.lobes.iter().zip(parameters) {
-            let values = lobe.values_in(geometries, values);
-            sums.iter_mut().zip(values).for_each(|(sum, f)| *sum = *sum + f);
-        }
+        let of_lobes =
+            self.lobes.iter().zip(parameters).map(|(lobe, values)| lobe.values_in(geometries, values));
+        let mut sums = of_lobes.reduce(summed).unwrap_or_else(|| vec![zero; geometries.len()]);
         for (sum, geometry) in sums.iter_mut().zip(geometries) {
             let seen = T::if_less(zero.value(), geometry.cos_o(), *sum, zero);
             *sum = T::if_less(zero.value(), geometry.cos_i(), seen, zero);

@@ -135,10 +135,14 @@ fn values<M: Model, T: Scalar>(
     let mut points = PointEvaluation::new(geometries, shapes);
     model.visit(&mut points);
     let coefficients = model.coefficients(Values::new(amplitudes));
-    let mut sums = vec![T::constant(0.0); geometries.len()];
-    for (row, &a) in points.basis().iter().zip(coefficients.as_ref()) {
-        sums.iter_mut().zip(row).for_each(|(sum, &b)| *sum = *sum + a * b);
-    }
+    let terms = points.basis().into_iter().zip(coefficients.as_ref());
+    let scaled = terms.map(|(row, &a)| -> Vec<T> { row.into_iter().map(|b| a * b).collect() });
+    scaled.reduce(summed).unwrap_or_else(|| vec![T::constant(0.0); geometries.len()])
+}
+
+/// The sums of two rows.
+pub(super) fn summed<T: Scalar>(mut sums: Vec<T>, row: Vec<T>) -> Vec<T> {
+    sums.iter_mut().zip(row).for_each(|(sum, value)| *sum = *sum + value);
     sums
 }
 
@@ -165,6 +169,12 @@ macro_rules! models {
             #[must_use]
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$model(_) => <$module::$model as Model>::NAME),* }
+            }
+
+            /// Where the formula comes from.
+            #[must_use]
+            pub fn reference(&self) -> &'static str {
+                match self { $(Self::$model(_) => <$module::$model as Model>::REFERENCE),* }
             }
 
             /// The parameters, in the order of the report.

@@ -569,11 +569,22 @@ impl ParameterTable {
     /// Shapes and amplitudes of every lobe for one channel, in the units of the formulas.
     #[must_use]
     pub fn formula_values(&self, channel: usize) -> Vec<LobeValues> {
-        let of_role = |lobe: usize, role: Role| -> Vec<f64> {
+        self.values_as(channel, |_, value, factor| value * factor)
+    }
+
+    /// Shapes and amplitudes of every lobe for one channel, made by `value` from the index of a row, its value and the number of formula
+    /// units in its unit.
+    pub(crate) fn values_as<T>(
+        &self,
+        channel: usize,
+        value: impl Fn(usize, f64, f64) -> T,
+    ) -> Vec<LobeValues<T>> {
+        let of_role = |lobe: usize, role: Role| -> Vec<T> {
             (0..self.parameters_of(lobe))
-                .map(|parameter| &self.rows[self.place(lobe, parameter, channel)])
-                .filter(|row| row.spec.role == role)
-                .map(|row| row.value * row.spec.unit.factor(row.channel))
+                .map(|parameter| self.place(lobe, parameter, channel))
+                .map(|index| (index, &self.rows[index]))
+                .filter(|(_, row)| row.spec.role == role)
+                .map(|(index, row)| value(index, row.value, row.spec.unit.factor(row.channel)))
                 .collect()
         };
         (0..self.lobes.len())

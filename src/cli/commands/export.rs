@@ -2,12 +2,14 @@
 
 use super::fit::listen_for_interrupts;
 use crate::cli::messages::{emit, remark};
+use crate::cli::options::code::CodeParameters;
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
-use crate::cli::options::recorded::{check_measurement, measurement_of, report};
+use crate::cli::options::recorded::{check_measurement, measurement_of, report, the_report};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::{Output, json, spares};
 use crate::cli::progress::Bar;
 use brdfit::Error;
+use brdfit::code::{Arguments as CodeArguments, LANGUAGES, Language, named as language_named};
 use brdfit::export::{About, Agreement, ExportRecord, ModelError, NotHeld, SCHEMA, TARGETS, Target, named};
 use brdfit::fit::{Fit, Options, evaluate, fit};
 use brdfit::image::{PRIMARIES, Primaries, REC709, Route, ToRgb};
@@ -31,6 +33,12 @@ pub struct Arguments {
     /// Write for this renderer or format
     #[arg(long, value_name = "TARGET", value_parser = PossibleValuesParser::new(TARGETS.iter().map(|t| t.name)))]
     to: String,
+    /// Write code in this language
+    #[arg(long, value_name = "LANGUAGE", required_if_eq("to", "code"), value_parser = PossibleValuesParser::new(LANGUAGES.iter().map(|l| l.name)))]
+    language: Option<String>,
+    /// What becomes of the parameters in code [default: fixed]
+    #[arg(long, value_name = "HOW")]
+    parameters: Option<CodeParameters>,
     /// Write to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -74,13 +82,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         let expected = format!("primaries that {} has: {}", target.name, names.join(", "));
         return Err(Error::invalid("--primaries", expected, primaries.name));
     };
-    let recorded = report(&arguments.input)?;
+    let code = code(arguments, target)?;
+    let recorded =
+        if target.own.is_empty() { Some(the_report(&arguments.input)?) } else { report(&arguments.input)? };
     check_measurement(recorded.as_ref(), &arguments.input, arguments.measurement.as_deref())?;
     let inputs: Vec<PathBuf> =
         [Some(&arguments.input), arguments.measurement.as_ref()].into_iter().flatten().cloned().collect();
     spares(&inputs, "-o", arguments.output.as_deref())?;
     let output = arguments.output.as_deref().map(Output::open).transpose()?;
-    let source = Source { arguments, target, primaries, color_space, recorded: recorded.as_ref() };
+    let source = Source { arguments, target, primaries, color_space, code, recorded: recorded.as_ref() };
     let model = source.model()?;
     let (text, record) = source.written(model)?;
     match output {
@@ -97,6 +107,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
     Ok(if usable { Outcome::Good } else { Outcome::NotUsable })
 }
 
+/// The language of code, and which parameters are its arguments; `None` for other targets.
+fn code(arguments: &Arguments, target: &Target) -> Result<Option<(&'static Language, CodeArguments)>, Error> {
+    let Arguments { language, parameters, .. } = arguments;
+    let unsuited = |option: &str| {
+        Err(Error::invalid(option, "--to code, or no such option", format!("--to {}", target.name)))
+    };
+    match (language, parameters) {
+        (Some(language), parameters) if target.name == "code" => {
+            let how = parameters.map_or(CodeArguments::Fixed, CodeArguments::from);
+            Ok(Some((language_named("--language", language)?, how)))
+        }
+        (Some(_), _) => unsuited("--language"),
+        (None, Some(_)) => unsuited("--parameters"),
+        (None, None) => Ok(None),
+    }
+}
+
 /// What is exported, and where to.
 struct Source<'a> {
     arguments: &'a Arguments,
@@ -104,6 +131,8 @@ struct Source<'a> {
     primaries: &'static Primaries,
     /// The target's name for them.
     color_space: &'static str,
+    /// The language of code, and which parameters are its arguments.
+    code: Option<(&'static Language, CodeArguments)>,
     recorded: Option<&'a Recorded>,
 }
 
@@ -117,7 +146,8 @@ impl Source<'_> {
         let Recorded { expression, table, report, .. } = recorded;
         // A single channel has no colour to convert.
         let converted = !self.primaries.are_rec709() && table.channels().len() > 1;
-        let reason = match self.target.write(expression, table, &About::default()) {
+        let reason = match self.target.write(expression, table, &self.about()) {
+            Err(reason @ NotHeld::Code(_)) => return Err(self.not_held(&reason)),
             Ok(_) if converted => NotHeld::Primaries(self.primaries.title),
             Ok(_) => {
                 return Ok(Model {
@@ -188,11 +218,8 @@ impl Source<'_> {
 
     /// The file, and what is said about it.
     fn written(&self, model: Model) -> Result<(String, ExportRecord), Error> {
-        let not_held = |reason: NotHeld| {
-            Error::invalid("--to", format!("a model that {} holds", self.target.name), reason.to_string())
-        };
-        let draft =
-            self.target.write(&model.expression, &model.table, &About::default()).map_err(not_held)?;
+        let not_held = |reason: NotHeld| self.not_held(&reason);
+        let draft = self.target.write(&model.expression, &model.table, &self.about()).map_err(not_held)?;
         let own = model.report.as_ref().map(ModelError::from);
         let mut notes = model.notes;
         let agreement = match (draft.clamped.is_empty(), model.was_refitted && self.recorded.is_some()) {
@@ -235,10 +262,25 @@ impl Source<'_> {
             notes,
             report: model.report,
         };
-        let about =
-            About { lines: comment(&record), color_space: self.color_space, report: record.report.as_ref() };
+        let about = About { lines: comment(&record), report: record.report.as_ref(), ..self.about() };
         let text = self.target.write(&model.expression, &model.table, &about).map_err(not_held)?.text;
         Ok((text, record))
+    }
+
+    /// What is known before the model is.
+    fn about(&self) -> About<'_> {
+        About { color_space: self.color_space, code: self.code, ..About::default() }
+    }
+
+    fn not_held(&self, reason: &NotHeld) -> Error {
+        match reason {
+            NotHeld::Code(_) => {
+                Error::invalid("--parameters", "parameters that can be arguments", reason.to_string())
+            }
+            _ => {
+                Error::invalid("--to", format!("a model that {} holds", self.target.name), reason.to_string())
+            }
+        }
     }
 
     /// The errors of the report's model with the values that were written; `None`, with a note, without its measurement.

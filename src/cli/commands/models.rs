@@ -1,23 +1,32 @@
-//! `brdfit models`: lists the models.
+//! `brdfit models`: lists the models, or writes one as code.
 
 use crate::cli::messages::{emit, say};
+use crate::cli::options::code::CodeParameters;
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
+use brdfit::code::{Arguments as CodeArguments, LANGUAGES, Language, Program, named};
 use brdfit::error::NameKind;
 use brdfit::lines::{Lines, Role as LineRole};
-use brdfit::model::{AnyModel, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
+use brdfit::model::{AnyModel, Expression, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
 use brdfit::tradeoff::{BasisCost, basis_cost};
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use serde::Serialize;
 use std::fmt::{self, Write as _};
 
 /// Arguments of `brdfit models`.
 #[derive(Args)]
 pub struct Arguments {
-    /// List this model only
+    /// List this model only; with --code, it may be any expression
     #[arg(value_name = "NAME")]
     name: Option<String>,
+    /// Write the model as code in this language, for one channel at its default values
+    #[arg(long, value_name = "LANGUAGE", requires = "name", conflicts_with = "json", value_parser = PossibleValuesParser::new(LANGUAGES.iter().map(|l| l.name)))]
+    code: Option<String>,
+    /// What becomes of the parameters in code [default: free]
+    #[arg(long, value_name = "HOW", requires = "code")]
+    parameters: Option<CodeParameters>,
     /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
@@ -61,6 +70,11 @@ struct ParameterRecord {
 
 /// Runs the subcommand.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
+    if let Arguments { name: Some(name), code: Some(language), parameters, .. } = arguments {
+        let how = parameters.map_or(CodeArguments::Free, CodeArguments::from);
+        emit(&code(name, named("--code", language)?, how)?)?;
+        return Ok(Outcome::Good);
+    }
     let chosen: Vec<&ModelEntry> = match &arguments.name {
         None => REGISTRY.iter().collect(),
         Some(name) => {
@@ -79,6 +93,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
         say(&Lines::of(|text| list(text, &records)))?;
     }
     Ok(Outcome::Good)
+}
+
+/// A model as code, for one channel.
+fn code(model: &str, language: &Language, how: CodeArguments) -> Result<String, Error> {
+    let expression: Expression = model.parse()?;
+    let about = [format!("brdfit {}", env!("CARGO_PKG_VERSION"))];
+    let program = Program::of_one_channel(&expression, how, language, &about)?;
+    Ok(language.write(&program.map_err(|reason| {
+        Error::invalid("--parameters", "parameters that can be arguments", reason.to_string())
+    })?))
 }
 
 fn record(entry: &ModelEntry) -> ModelRecord {

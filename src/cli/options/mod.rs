@@ -1,6 +1,7 @@
 //! Groups of options: those that several subcommands share, and large groups of a single one.
 
 pub mod channels;
+pub mod code;
 pub mod fitting;
 pub mod heightfield;
 pub mod input;

@@ -243,9 +243,6 @@ pub(crate) struct Cubics<T: Scalar, const POINTS: usize> {
 }
 
 impl<T: Scalar, const POINTS: usize> Cubics<T, POINTS> {
-    /// Number of the last cell.
-    const LAST: usize = POINTS - 2;
-
     /// Makes the cubics from the values.
     pub fn new(values: [T; POINTS]) -> Self {
         let mut points = values.map(|value| [value, T::constant(0.0)]);
@@ -272,8 +269,7 @@ impl<T: Scalar, const POINTS: usize> Cubics<T, POINTS> {
 
     /// The cubic of a cell.
     #[inline(always)]
-    fn within(&self, cell: usize, t: T::Real) -> T {
-        let [[a, da], [b, db]] = [self.points[cell], self.points[cell + 1]];
+    fn within([a, da]: [T; 2], [b, db]: [T; 2], t: T::Real) -> T {
         let rise: T = b - a;
         let c3 = da + db - rise.times(2.0);
         let c2 = rise - da - c3;
@@ -283,8 +279,8 @@ impl<T: Scalar, const POINTS: usize> Cubics<T, POINTS> {
     /// The function at a place between the first point, 0, and the last, in cells.
     #[inline(always)]
     pub fn at(&self, place: T::Real) -> T {
-        let cell = place.whole().min(Self::LAST);
-        self.within(cell, place - T::Real::literal(count(cell)))
+        let cell = T::look_up(&*self.points, place);
+        Self::within(cell.start, cell.end, place - cell.number)
     }
 }
 
@@ -315,7 +311,8 @@ impl<T: Scalar> Transmittance<T> {
         let mean = mean.fold(T::constant(0.0), |sum, (cell, (t, weight))| {
             let x = (count(cell) + t) / count(CELLS);
             let weight = weight * 8.0 * x.powi(7 + 4 * power) / count(CELLS);
-            sum + table.within(cell, T::Real::literal(*t)).times(weight)
+            let [start, end] = [table.points[cell], table.points[cell + 1]];
+            sum + Cubics::<T, { CELLS + 1 }>::within(start, end, T::Real::literal(*t)).times(weight)
         });
         Self { table, inverse_mean: mean.recip() }
     }

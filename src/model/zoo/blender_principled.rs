@@ -161,15 +161,15 @@ fn mean_grazing(m: f64, cos: f64, f0: f64) -> f64 {
 }
 
 /// (1 - S) of the surface at the nodes of co, and 1 - F0. Its shapes are roughness, anisotropy and index.
-type Unreflected<T> = ([T; NODES], T);
+type Unreflected<T> = ([[T; 1]; NODES], T);
 
 /// 1 - S
 #[inline(always)]
 fn unreflected<T: Scalar>((table, _): &Unreflected<T>, g: &Geometry<T::Real>) -> T {
     let x: T::Real = g.cos_o().times(LAST);
-    let cell = x.whole().min(NODES - 2);
-    let (low, high) = (table[cell], table[cell + 1]);
-    (high - low) * (x - T::Real::literal(count(cell))) + low
+    let cell = T::look_up(table, x);
+    let ([low], [high]) = (cell.start, cell.end);
+    (high - low) * (x - cell.number) + low
 }
 
 fn prepare_unreflected<T: Scalar>(mut shapes: Values<'_, T>) -> Unreflected<T> {
@@ -187,7 +187,7 @@ fn prepare_unreflected<T: Scalar>(mut shapes: Values<'_, T>) -> Unreflected<T> {
     let between = |low: f64, high: f64| right.times(high - low).plus(low);
     let table = std::array::from_fn(|node| {
         let (low, high) = (between(a[node], b[node]), between(c[node], d[node]));
-        (-(low + (high - low) * up)).plus(1.0)
+        [(-(low + (high - low) * up)).plus(1.0)]
     });
     (table, (-(r * r)).plus(1.0))
 }

@@ -18,7 +18,7 @@
 use super::SmithForm;
 use super::slope_table::{CELLS, cubic};
 use crate::geometry::Geometry;
-use crate::math::{GaussLegendre, Real, Scalar, count};
+use crate::math::{Cell, GaussLegendre, Real, Scalar, count};
 use std::array;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 use std::sync::{Arc, LazyLock};
@@ -26,9 +26,12 @@ use std::sync::{Arc, LazyLock};
 /// Number of directions in the table. G1 errs by 1.3e-7 with eight of them and would err by 5e-7 with seven.
 const DIRECTIONS: usize = 8;
 
+/// Number of coefficients of M and of its slope.
+const COEFFICIENTS: usize = 2 * DIRECTIONS;
+
 /// M and its slope per cell at one end of a cell, as polynomials over cos^2(psi): their divided differences, with which Newton's
-/// form keeps all digits in single precision too.
-type Node<T> = [[T; 2]; DIRECTIONS];
+/// form keeps all digits in single precision too. Those of M and of its slope alternate.
+type Node<T> = [T; COEFFICIENTS];
 
 /// M as a function of r and of the direction.
 #[derive(Clone, Debug)]
@@ -94,17 +97,17 @@ impl<T: Scalar> DirectionalSlopeTable<T> {
         let cos2_psi: T = along / slope2;
         // r^2 = 1/(1 + y) = m sin/(m sin + cos)
         let place = (slope / (slope + cos)).sqrt().times(count(CELLS));
-        let cell = place.value().whole().min(CELLS - 1);
-        let (start, end) = (&self.nodes[cell], &self.nodes[cell + 1]);
-        let [[mut a, mut da], [mut b, mut db]] = [start[DIRECTIONS - 1], end[DIRECTIONS - 1]];
+        let Cell { start, end, number } = T::look_up(&*self.nodes, place.value());
+        let [mut a, mut da] = [start[COEFFICIENTS - 2], start[COEFFICIENTS - 1]];
+        let [mut b, mut db] = [end[COEFFICIENTS - 2], end[COEFFICIENTS - 1]];
         for k in (0..DIRECTIONS - 1).rev() {
             let beyond = cos2_psi - self.places[k];
-            a = a * beyond + start[k][0];
-            da = da * beyond + start[k][1];
-            b = b * beyond + end[k][0];
-            db = db * beyond + end[k][1];
+            a = a * beyond + start[2 * k];
+            da = da * beyond + start[2 * k + 1];
+            b = b * beyond + end[2 * k];
+            db = db * beyond + end[2 * k + 1];
         }
-        slope * cubic(place - T::Real::literal(count(cell)), [a, da], [b, db]) + cos
+        slope * cubic(place - number, [a, da], [b, db]) + cos
     }
 }
 
@@ -146,7 +149,7 @@ fn at_angle<T: Scalar, S: Fn(f64) -> T>(psi: f64, ray: &impl Fn([f64; 2]) -> S) 
 
 /// The coefficients of Newton's form of the polynomial that has these values, and slopes, at these places.
 #[expect(clippy::indexing_slicing, reason = "all arrays have DIRECTIONS entries")]
-fn divided_differences<T: Scalar>(mut node: Node<T>, places: &[f64; DIRECTIONS]) -> Node<T> {
+fn divided_differences<T: Scalar>(mut node: [[T; 2]; DIRECTIONS], places: &[f64; DIRECTIONS]) -> Node<T> {
     for order in 1..DIRECTIONS {
         for k in (order..DIRECTIONS).rev() {
             let [[a, da], [b, db]] = [node[k - 1], node[k]];
@@ -154,7 +157,7 @@ fn divided_differences<T: Scalar>(mut node: Node<T>, places: &[f64; DIRECTIONS])
             node[k] = [(b - a).times(1.0 / apart), (db - da).times(1.0 / apart)];
         }
     }
-    node
+    array::from_fn(|index| node[index / 2][index % 2])
 }
 
 /// Smith's shadowing from a table of slopes that depends on the direction.

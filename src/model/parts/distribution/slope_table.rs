@@ -110,16 +110,14 @@ impl<T: Scalar> SlopeTable<T> {
 
     /// cos (1 + 2 Lambda) for a direction, from (m sin)^2 and its cosine.
     #[inline(always)]
-    #[expect(clippy::indexing_slicing, reason = "the cell is kept inside the table")]
     pub fn smith_cosine(&self, slope2: T, cos: T::Real) -> T {
         // At normal incidence the slope of the root would be infinite.
         let floor = T::constant(1e-37);
         let slope = T::if_less(floor.value(), slope2.value(), slope2, floor).sqrt() * self.mean;
         // r^2 = 1/(1 + y) = m sin/(m sin + cos)
         let place = (slope / (slope + cos)).sqrt().times(count(CELLS));
-        let cell = place.value().whole().min(CELLS - 1);
-        let t = place - T::Real::literal(count(cell));
-        slope * cubic(t, self.nodes[cell], self.nodes[cell + 1]) + cos
+        let cell = T::look_up(&*self.nodes, place.value());
+        slope * cubic(place - cell.number, cell.start, cell.end) + cos
     }
 }
 

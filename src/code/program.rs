@@ -1,0 +1,255 @@
+//! A model as a list of statements.
+
+use super::body::Body;
+use super::language::Language;
+use crate::error::Error;
+use crate::geometry::{Azimuths, Geometry};
+use crate::math::elementary::{erfc_by_erfcx, ln_1p_by_ln};
+use crate::math::recorded::{Function, Operand, Purpose, Recorded, Recording, Refusal, record};
+use crate::math::{Real as _, Scalar as _};
+use crate::model::{Expression, Sharing};
+use crate::parameters::{ParameterTable, Selector, Setting, Settings};
+use std::collections::HashMap;
+use std::fmt;
+
+/// Which parameters of a model become arguments of the function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arguments {
+    /// None: the values are written into the function.
+    Fixed,
+    /// All.
+    Free,
+}
+
+/// A parameter that is an argument of the function.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Argument {
+    /// Its name, as a word of letters, digits and underscores.
+    pub word: String,
+    /// Its full name in reports.
+    pub name: String,
+    /// Its meaning, in a few words.
+    pub summary: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value unless another is given.
+    pub default: f64,
+}
+
+/// Why a model cannot be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NotWritten {
+    /// It computes a table from its parameters.
+    TableOfParameters,
+    /// Two parameters have the same name when written as a word.
+    SameWord(String, [String; 2]),
+}
+
+impl fmt::Display for NotWritten {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TableOfParameters => {
+                f.write_str("its parameters make a table, which only brdfit computes: they must be fixed")
+            }
+            Self::SameWord(word, [a, b]) => write!(f, "'{a}' and '{b}' would both be called {word}"),
+        }
+    }
+}
+
+/// A model as a list of statements.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// Lines about the model, for a comment.
+    pub about: Vec<String>,
+    /// Names of the channels.
+    pub channels: Vec<String>,
+    /// The arguments of the function.
+    pub arguments: Vec<Argument>,
+    /// The function, with one output per channel.
+    pub(crate) body: Body,
+    /// The tables that it reads, by row and column, with the numbers by which statements call them.
+    pub(crate) tables: Vec<(usize, Vec<Vec<f64>>)>,
+    /// Functions that the language lacks, of one number called `x`.
+    pub(crate) helpers: Vec<(Function, Body)>,
+}
+
+/// Largest number of steps of a function with arguments. Beyond this it computes a table.
+const MOST_STEPS: usize = 20_000;
+
+/// How the numbers of the geometry are called.
+const DIRECTIONS: [&str; 6] = ["wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"];
+
+impl Program {
+    /// Writes the model of an expression, at the values in the table. The comment says what it is, and before that the lines `about`
+    /// where it comes from.
+    ///
+    /// # Errors
+    /// [`NotWritten`] if the parameters cannot be arguments.
+    pub fn new(
+        expression: &Expression,
+        table: &ParameterTable,
+        arguments: Arguments,
+        language: &Language,
+        about: &[String],
+    ) -> Result<Self, NotWritten> {
+        let arguments = match arguments {
+            Arguments::Fixed => Vec::new(),
+            Arguments::Free => words(table)?,
+        };
+        let are_free = !arguments.is_empty();
+        let purpose = Purpose {
+            tiny: if language.is_single { f64::from(f32::TINY) } else { f64::TINY },
+            differentiable: language.differentiates,
+            most_steps: if are_free { MOST_STEPS } else { usize::MAX },
+        };
+        let work = || {
+            let geometry = given_geometry();
+            let named = names_of(&geometry);
+            (of_expression(expression, table, are_free, &geometry), named)
+        };
+        let refused = |_: Refusal| NotWritten::TableOfParameters;
+        let ((outputs, names), recording) = record(purpose, work).map_err(refused)?;
+        let words = arguments.iter().map(|argument| argument.word.clone());
+        let inputs: Vec<String> = DIRECTIONS.into_iter().map(str::to_owned).chain(words).collect();
+        let body = Body::new(&recording, &outputs, &inputs, &names, purpose.tiny, &language.spelling);
+        let lacking = language.lacks.iter().copied().filter(|f| body.functions.contains(f));
+        let helpers: Vec<(Function, Body)> = lacking
+            .map(|function| Ok((function, helper(function, purpose, language)?)))
+            .collect::<Result<_, _>>()
+            .map_err(refused)?;
+        let table_of = |index: &usize| recording.tables.get(*index).cloned().map(|table| (*index, table));
+        Ok(Self {
+            about: about.iter().cloned().chain(description(expression)).collect(),
+            channels: table.channels().to_vec(),
+            arguments,
+            tables: body.tables.iter().filter_map(table_of).collect(),
+            body,
+            helpers,
+        })
+    }
+}
+
+impl Program {
+    /// Writes a model for one channel, at the values in the expression and default ones. Names of parameters have no channel.
+    ///
+    /// # Errors
+    /// Those of [`ParameterTable::new`], for constraints of the expression.
+    pub fn of_one_channel(
+        expression: &Expression,
+        arguments: Arguments,
+        language: &Language,
+        about: &[String],
+    ) -> Result<Result<Self, NotWritten>, Error> {
+        let names = expression.lobes().iter().flat_map(|lobe| {
+            let own = lobe.parameters().into_iter().filter(|spec| spec.sharing == Sharing::PerChannel);
+            own.map(|spec| format!("{}.{}", lobe.name, spec.name))
+        });
+        let shared = |name: String| Ok((Selector::parse(&name)?, Setting::Shared));
+        let settings: Settings = names.map(shared).collect::<Result<_, Error>>()?;
+        let channels = ["f".to_owned()];
+        let table = ParameterTable::new(expression, &channels, Azimuths::Several, &settings)?;
+        Ok(Self::new(expression, &table, arguments, language, about))
+    }
+}
+
+/// Lines about a model, its sources, and what may be done with the code.
+fn description(expression: &Expression) -> Vec<String> {
+    let mut lines = vec![format!("model: {}", expression.canonical())];
+    for lobe in expression.lobes() {
+        let line = format!("source of {}: {}", lobe.model.name(), lobe.model.reference());
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    lines.push("unit: f is in 1/sr, and 0 unless both directions are above the surface".to_owned());
+    lines
+        .push("licence: 0BSD, which allows everything and asks for nothing; there is no warranty".to_owned());
+    lines.push("SPDX-License-Identifier: 0BSD".to_owned());
+    lines
+}
+
+/// The geometry of a pair of directions that is given.
+fn given_geometry() -> Geometry<Recorded> {
+    let [ix, iy, iz, ox, oy, oz] = std::array::from_fn(Recorded::input);
+    Geometry::new([ix, iy, iz], [ox, oy, oz])
+}
+
+/// Names of steps that are quantities of the geometry.
+fn names_of(geometry: &Geometry<Recorded>) -> HashMap<usize, String> {
+    let Geometry { h: [x, y, z], cos_d, one_less_cos_d, .. } = *geometry;
+    let named = [(x, "h_x"), (y, "h_y"), (z, "h_z"), (cos_d, "cos_d"), (one_less_cos_d, "one_less_cos_d")];
+    let step = |(number, name): (Recorded, &str)| match number.operand() {
+        Operand::Step(index) => Some((index, name.to_owned())),
+        _ => None,
+    };
+    named.into_iter().filter_map(step).collect()
+}
+
+/// The model in every channel. Lobes that are absent are left out unless their strengths are free.
+fn of_expression(
+    expression: &Expression,
+    table: &ParameterTable,
+    are_free: bool,
+    geometry: &Geometry<Recorded>,
+) -> Vec<Operand> {
+    let lobes = expression.lobes().len();
+    let mut present = vec![true; lobes];
+    let mut rest = expression.clone();
+    for lobe in (0..lobes).rev().filter(|lobe| !are_free && table.is_absent(*lobe)) {
+        if let Some(others) = rest.without(lobe) {
+            rest = others;
+            if let Some(is_present) = present.get_mut(lobe) {
+                *is_present = false;
+            }
+        }
+    }
+    let value = |index: usize, value: f64, factor: f64| {
+        if are_free {
+            Recorded::input(DIRECTIONS.len() + index) * Recorded::literal(factor)
+        } else {
+            Recorded::literal(value * factor)
+        }
+    };
+    let of_channel = |channel: usize| {
+        let all = table.values_as(channel, value);
+        let values: Vec<_> =
+            all.into_iter().zip(&present).filter(|(_, present)| **present).map(|(v, _)| v).collect();
+        rest.values_in(std::slice::from_ref(geometry), &values)
+    };
+    (0..table.channels().len()).flat_map(of_channel).map(Recorded::operand).collect()
+}
+
+/// The parameters of a table as arguments.
+fn words(table: &ParameterTable) -> Result<Vec<Argument>, NotWritten> {
+    let mut all: Vec<Argument> = Vec::new();
+    for (index, row) in table.rows().iter().enumerate() {
+        let name = table.name(index);
+        let word = name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+        if let Some(same) = all.iter().find(|other| other.word == word) {
+            return Err(NotWritten::SameWord(word, [same.name.clone(), name]));
+        }
+        let (summary, unit) = (row.spec.summary, row.spec.unit.symbol());
+        all.push(Argument { word, name, summary, unit, default: row.value });
+    }
+    Ok(all)
+}
+
+/// A function that a language lacks.
+fn helper(function: Function, purpose: Purpose, language: &Language) -> Result<Body, Refusal> {
+    let work = || {
+        let x = Recorded::input(0);
+        match function {
+            Function::Erfc => erfc_by_erfcx(x),
+            Function::Ln1p => ln_1p_by_ln(x),
+            Function::Exp => x.exp(),
+            Function::Ln => x.ln(),
+            Function::Sqrt => x.sqrt(),
+            Function::Sin => x.sin(),
+            Function::Atan2 => x.atan2(Recorded::literal(1.0)),
+        }
+        .operand()
+    };
+    let (output, recording): (Operand, Recording) = record(purpose, work)?;
+    let inputs = ["x".to_owned()];
+    Ok(Body::new(&recording, &[output], &inputs, &HashMap::new(), purpose.tiny, &language.spelling))
+}
