@@ -16,4 +16,4 @@ pub(crate) use body::Body;
 pub use language::Language;
 pub use program::{Argument, Arguments, NotWritten, Program};
 pub use registry::{LANGUAGES, named};
-pub(crate) use spelling::{Level, Spelling, double, ternary};
+pub(crate) use spelling::{Level, Spelling, double, element, ternary};

@@ -2,9 +2,10 @@
 
 use super::body::Body;
 use super::language::Language;
+use super::spelling::Spelling;
 use crate::error::Error;
 use crate::geometry::{Azimuths, Geometry};
-use crate::math::elementary::{erfc_by_erfcx, ln_1p_by_ln};
+use crate::math::elementary::{erfc_by_erfcx, ln_1p_by_ln, ln_by_ln};
 use crate::math::recorded::{Function, Operand, Purpose, Recorded, Recording, Refusal, record};
 use crate::math::{Real as _, Scalar as _};
 use crate::model::{Expression, Sharing};
@@ -76,8 +77,8 @@ pub struct Program {
 /// Largest number of steps of a function with arguments. Beyond this it computes a table.
 const MOST_STEPS: usize = 20_000;
 
-/// How the numbers of the geometry are called.
-const DIRECTIONS: [&str; 6] = ["wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"];
+/// Numbers that are given before parameters: the components of two directions.
+const COMPONENTS: usize = 6;
 
 impl Program {
     /// Writes the model of an expression, at the values in the table. The comment says what it is, and before that the lines `about`
@@ -110,7 +111,10 @@ impl Program {
         let refused = |_: Refusal| NotWritten::TableOfParameters;
         let ((outputs, names), recording) = record(purpose, work).map_err(refused)?;
         let words = arguments.iter().map(|argument| argument.word.clone());
-        let inputs: Vec<String> = DIRECTIONS.into_iter().map(str::to_owned).chain(words).collect();
+        let components = ["wi", "wo"]
+            .into_iter()
+            .flat_map(|vector| (0..3).map(move |component| (language.spelling.component)(vector, component)));
+        let inputs: Vec<String> = components.chain(words).collect();
         let body = Body::new(&recording, &outputs, &inputs, &names, purpose.tiny, &language.spelling);
         let lacking = language.lacks.iter().copied().filter(|f| body.functions.contains(f));
         let helpers: Vec<(Function, Body)> = lacking
@@ -140,6 +144,15 @@ impl Program {
         language: &Language,
         about: &[String],
     ) -> Result<Result<Self, NotWritten>, Error> {
+        let table = Self::table_of_one_channel(expression)?;
+        Ok(Self::new(expression, &table, arguments, language, about))
+    }
+
+    /// The parameters of a model of one channel.
+    ///
+    /// # Errors
+    /// Those of [`ParameterTable::new`], for constraints of the expression.
+    pub fn table_of_one_channel(expression: &Expression) -> Result<ParameterTable, Error> {
         let names = expression.lobes().iter().flat_map(|lobe| {
             let own = lobe.parameters().into_iter().filter(|spec| spec.sharing == Sharing::PerChannel);
             own.map(|spec| format!("{}.{}", lobe.name, spec.name))
@@ -147,8 +160,7 @@ impl Program {
         let shared = |name: String| Ok((Selector::parse(&name)?, Setting::Shared));
         let settings: Settings = names.map(shared).collect::<Result<_, Error>>()?;
         let channels = ["f".to_owned()];
-        let table = ParameterTable::new(expression, &channels, Azimuths::Several, &settings)?;
-        Ok(Self::new(expression, &table, arguments, language, about))
+        ParameterTable::new(expression, &channels, Azimuths::Several, &settings)
     }
 }
 
@@ -205,7 +217,7 @@ fn of_expression(
     }
     let value = |index: usize, value: f64, factor: f64| {
         if are_free {
-            Recorded::input(DIRECTIONS.len() + index) * Recorded::literal(factor)
+            Recorded::input(COMPONENTS + index) * Recorded::literal(factor)
         } else {
             Recorded::literal(value * factor)
         }
@@ -242,7 +254,7 @@ fn helper(function: Function, purpose: Purpose, language: &Language) -> Result<B
             Function::Erfc => erfc_by_erfcx(x),
             Function::Ln1p => ln_1p_by_ln(x),
             Function::Exp => x.exp(),
-            Function::Ln => x.ln(),
+            Function::Ln => ln_by_ln(x),
             Function::Sqrt => x.sqrt(),
             Function::Sin => x.sin(),
             Function::Atan2 => x.atan2(Recorded::literal(1.0)),
@@ -250,6 +262,7 @@ fn helper(function: Function, purpose: Purpose, language: &Language) -> Result<B
         .operand()
     };
     let (output, recording): (Operand, Recording) = record(purpose, work)?;
+    let spelling = Spelling { function: language.spelling.native, ..language.spelling };
     let inputs = ["x".to_owned()];
-    Ok(Body::new(&recording, &[output], &inputs, &HashMap::new(), purpose.tiny, &language.spelling))
+    Ok(Body::new(&recording, &[output], &inputs, &HashMap::new(), purpose.tiny, &spelling))
 }

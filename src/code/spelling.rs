@@ -23,8 +23,12 @@ pub(crate) enum Level {
 pub(crate) struct Spelling {
     /// A number.
     pub number: fn(f64) -> String,
+    /// A component of a direction, given the name of the vector and the number of the component.
+    pub component: fn(&str, usize) -> String,
     /// The name of a function.
     pub function: fn(Function) -> &'static str,
+    /// The language's own function, where `function` names one that is written before the program.
+    pub native: fn(Function) -> &'static str,
     /// The choice of the third text if the first is less than the second, or else of the fourth. All are at least sums.
     pub choice: fn([&str; 4]) -> (String, Level),
     /// The number of the cell at a place, given the number of the last.
@@ -39,6 +43,11 @@ impl fmt::Debug for Spelling {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Spelling").finish_non_exhaustive()
     }
+}
+
+/// A component as an element of an array.
+pub(crate) fn element(vector: &str, component: usize) -> String {
+    format!("{vector}[{component}]")
 }
 
 /// A choice as most languages write it.

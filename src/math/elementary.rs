@@ -22,7 +22,7 @@
 //! NaN gives NaN. Every constant without a name of its own comes from `scripts/elementary_coefficients.py`.
 
 use super::scalar::Real;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, LOG2_E, PI, SQRT_2};
 
 /// 1.5 2^52: adding it to a number below 2^51 rounds that number to an integer, whose two's complement is then in the
 /// low bits. Vector conversions between 64-bit integers and doubles came only with AVX-512.
@@ -167,9 +167,17 @@ fn ln_of_normal(x: f64, exponent: f64, small: f64) -> f64 {
     let biased = f64::from_bits((moved >> MANTISSA_BITS) | TWO_52.to_bits());
     let k = (biased - (TWO_52 + 1023.0)) + exponent;
     let f = f64::from_bits((moved & MANTISSA).wrapping_add(SQRT_HALF)) - 1.0;
-    let s = f / (2.0 + f);
-    let z = s * s;
-    let q = polynomial!(
+    let (half_square, third) = ln_terms(f);
+    let low = third + (k * LN_2_LOW + small);
+    k * LN_2_HIGH + (f - (half_square - low))
+}
+
+/// f^2/2 and s (f^2/2 + s^2 q(s^2)), with s = f/(2 + f): the terms of ln(1 + f) after f, for 1 + f in sqrt(1/2)..sqrt(2).
+#[inline(always)]
+fn ln_terms<T: Real>(f: T) -> (T, T) {
+    let s: T = f / f.plus(2.0);
+    let z: T = s * s;
+    let q: T = polynomial!(
         z,
         [
             0.666666666666667,
@@ -181,10 +189,27 @@ fn ln_of_normal(x: f64, exponent: f64, small: f64) -> f64 {
             0.14617229114009048
         ]
     );
-    let rest = z * q;
-    let half_square = 0.5 * f * f;
-    let low = s * (half_square + rest) + (k * LN_2_LOW + small);
-    k * LN_2_HIGH + (f - (half_square - low))
+    let rest: T = z * q;
+    let half_square: T = f.times(0.5) * f;
+    (half_square, s * (half_square + rest))
+}
+
+/// `far`, or ln(1 + f) by its series where f is small.
+fn ln_1p_or<T: Real>(f: T, far: T) -> T {
+    let (half_square, third) = ln_terms(f);
+    let (low, high) = (T::literal(FRAC_1_SQRT_2 - 1.0), T::literal(SQRT_2 - 1.0));
+    let near: T = f - (half_square - third);
+    T::if_less(low, f, T::if_less(f, high, near, far), far)
+}
+
+/// ln(1 + x) from a logarithm that may be rough near 1, for languages that have no other.
+pub(crate) fn ln_1p_by_ln<T: Real>(x: T) -> T {
+    ln_1p_or(x, x.plus(1.0).ln())
+}
+
+/// ln(x) from a logarithm that may be rough near 1: graphics processors promise no relative accuracy there.
+pub(crate) fn ln_by_ln<T: Real>(x: T) -> T {
+    ln_1p_or(x.plus(-1.0), x.ln())
 }
 
 /// Complementary error function, with a small relative error until it underflows beyond 26.5.
@@ -253,12 +278,6 @@ pub(crate) fn erfc_by_erfcx<T: Real>(x: T) -> T {
     let a: T = size.lesser(T::literal(28.0));
     let upper: T = (-(a * a)).exp() * erfcx(a);
     T::if_less(x, zero, (-upper).plus(2.0), upper)
-}
-
-/// ln(1 + x) from a logarithm, for languages that have no other way: what rounding removes from 1 + x is added again.
-pub(crate) fn ln_1p_by_ln<T: Real>(x: T) -> T {
-    let sum: T = x.plus(1.0);
-    sum.ln() + (x - sum.plus(-1.0)) / sum
 }
 
 /// Angle of the point (x, y), radians in [-pi, pi]; 0 at the origin. Both must be below 8e307.

@@ -143,11 +143,8 @@ pub(crate) fn counted(
 }
 
 /// The values of a model computed in single precision, with parameters and directions rounded to it.
-pub(crate) fn in_single_precision(
-    expression: &Expression,
-    values: &[LobeValues],
-    pairs: &[Pair],
-) -> Vec<f64> {
+#[must_use]
+pub fn in_single_precision(expression: &Expression, values: &[LobeValues], pairs: &[Pair]) -> Vec<f64> {
     let found = expression.values_in(&geometries::<f32>(pairs), &converted::<f32>(values));
     found.into_iter().map(f64::from).collect()
 }

@@ -12,8 +12,8 @@ mod cost;
 mod ladder;
 mod text;
 
-pub use cost::{BasisCost, Cost, Nanoseconds, Spread, basis_cost};
-pub(crate) use cost::{counted, in_single_precision};
+pub(crate) use cost::counted;
+pub use cost::{BasisCost, Cost, Nanoseconds, Spread, basis_cost, in_single_precision};
 pub use ladder::{BUDGETS, LADDER, SHORTCUTS, Shortcut, Step};
 pub use text::{csv, lines, table};
 

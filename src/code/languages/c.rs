@@ -1,7 +1,7 @@
 //! C11: one function, and arrays with the names and default values of its parameters.
 
 use super::text::{all_quoted, rows, statements};
-use crate::code::{Language, Program, Spelling, double, ternary};
+use crate::code::{Language, Program, Spelling, double, element, ternary};
 use crate::math::recorded::Function;
 use std::fmt::Write as _;
 
@@ -18,7 +18,9 @@ pub(crate) const LANGUAGE: Language = Language {
 
 const SPELLING: Spelling = Spelling {
     number: |value| double(value, "INFINITY", "NAN"),
+    component: element,
     function,
+    native: function,
     choice: ternary,
     cell: |place, last| format!("({place} > 0.0 ? floor(fmin({place}, {last}.0)) : 0.0)"),
     entry: |table, cell, below, column, _| format!("table_{}[(int)({cell}) + {below}][{column}]", table + 1),
@@ -78,9 +80,7 @@ fn write(program: &Program) -> String {
     let _ = write!(
         text,
         "\n/* f in 1/sr, one number per channel. wi, wo: unit vectors to the light and to the viewer, normal (0, 0, 1);\n   {given}. */\n\
-         void brdf(const double wi[3], const double wo[3], const double *parameters, double *out) {{\n\
-         \x20   const double wi_x = wi[0], wi_y = wi[1], wi_z = wi[2];\n\
-         \x20   const double wo_x = wo[0], wo_y = wo[1], wo_z = wo[2];\n"
+         void brdf(const double wi[3], const double wo[3], const double *parameters, double *out) {{\n"
     );
     for (index, argument) in program.arguments.iter().enumerate() {
         let _ = writeln!(text, "    const double {} = parameters[{index}];", argument.word);

@@ -1,6 +1,6 @@
 //! GLSL ES 3.00, the language of WebGL 2; it compiles as desktop GLSL 3.30 as well.
 
-use super::shader::{Dialect, LACKS, constructed, function, number, write};
+use super::shader::{Dialect, LACKS, component, constructed, function, native, number, write};
 use crate::code::{Language, Spelling, ternary};
 
 pub(crate) const LANGUAGE: Language = Language {
@@ -16,7 +16,9 @@ pub(crate) const LANGUAGE: Language = Language {
 
 const SPELLING: Spelling = Spelling {
     number,
+    component,
     function,
+    native,
     choice: ternary,
     cell: |place, last| format!("({place} > 0.0 ? floor(min({place}, {last}.0)) : 0.0)"),
     entry: |table, cell, below, column, columns| {

@@ -1,7 +1,7 @@
 //! JavaScript: a module with one function.
 
 use super::text::{all_quoted, comment, rows, statements};
-use crate::code::{Language, Program, Spelling, double, ternary};
+use crate::code::{Language, Program, Spelling, double, element, ternary};
 use crate::math::recorded::Function;
 use std::fmt::Write as _;
 
@@ -18,7 +18,9 @@ pub(crate) const LANGUAGE: Language = Language {
 
 const SPELLING: Spelling = Spelling {
     number: |value| double(value, "Infinity", "NaN"),
+    component: element,
     function,
+    native: function,
     choice: ternary,
     cell: |place, last| format!("({place} > 0 ? Math.floor(Math.min({place}, {last})) : 0)"),
     entry: |table, cell, below, column, _| format!("table{}[{cell} + {below}][{column}]", table + 1),
@@ -58,7 +60,7 @@ fn write(program: &Program) -> String {
     }
     text.push_str(
         "\n/**\n * f in 1/sr, one number per channel. wi, wo: unit vectors to the light and to the viewer as arrays [x, y, z], normal [0, 0, 1].\n */\n\
-         export function brdf(wi, wo, parameters = defaults) {\n  const [wi_x, wi_y, wi_z] = wi;\n  const [wo_x, wo_y, wo_z] = wo;\n",
+         export function brdf(wi, wo, parameters = defaults) {\n",
     );
     for argument in &program.arguments {
         let _ = writeln!(text, "  const {0} = parameters.{0} ?? defaults.{0};", argument.word);

@@ -19,7 +19,9 @@ pub(crate) const LANGUAGE: Language = Language {
 
 const SPELLING: Spelling = Spelling {
     number: |value| double(value, "jnp.inf", "jnp.nan"),
+    component: |vector, component| format!("{vector}[:, {component}]"),
     function,
+    native: function,
     choice: |[a, b, then, otherwise]| (format!("jnp.where({a} < {b}, {then}, {otherwise})"), Level::Whole),
     cell: |place, last| format!("jnp.where({place} > 0, jnp.minimum({place}, {last}), 0).astype(int)"),
     entry,
@@ -47,8 +49,7 @@ fn write(program: &Program) -> String {
          \x20   wi, wo: unit vectors to the light and to the viewer, of shape (n, 3); the normal is (0, 0, 1). They should be in double\n\
          \x20   precision: jax.config.update(\"jax_enable_x64\", True) comes before everything else.\n\
          \x20   \"\"\"\n\
-         \x20   wi_x, wi_y, wi_z = jnp.asarray(wi).T\n\
-         \x20   wo_x, wo_y, wo_z = jnp.asarray(wo).T\n",
+         \x20   wi, wo = jnp.asarray(wi), jnp.asarray(wo)\n",
         arguments(program, true, &SPELLING),
         program.channels.len(),
     );

@@ -2,7 +2,7 @@
 
 use super::shader::{self, number};
 use super::text::{comment, flat, statements};
-use crate::code::{Language, Program, Spelling, ternary};
+use crate::code::{Language, Program, Spelling, element, ternary};
 use crate::math::recorded::Function;
 use std::fmt::Write as _;
 
@@ -19,7 +19,9 @@ pub(crate) const LANGUAGE: Language = Language {
 
 const SPELLING: Spelling = Spelling {
     number,
+    component: element,
     function,
+    native: function,
     choice: ternary,
     cell: |place, last| format!("({place} > 0.0 ? floor(min({place}, {last}.0)) : 0.0)"),
     entry: |table, cell, below, column, columns| {
@@ -32,6 +34,7 @@ fn function(function: Function) -> &'static str {
     match function {
         Function::Atan2 => "atan2",
         Function::Erfc => "erfc",
+        Function::Ln => "log",
         other => shader::function(other),
     }
 }
@@ -57,11 +60,6 @@ fn write(program: &Program) -> String {
         let count: usize = table.iter().map(Vec::len).sum();
         let _ =
             write!(text, "    float table_{}[{count}] = {{\n{}    }};\n", index + 1, flat(table, &SPELLING));
-    }
-    for vector in ["wi", "wo"] {
-        for (component, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            let _ = writeln!(text, "    float {vector}_{axis} = {vector}[{component}];");
-        }
     }
     text += &statements(&program.body, "    ", constant);
     for (channel, output) in program.body.outputs.iter().enumerate() {

@@ -18,7 +18,9 @@ pub(crate) const LANGUAGE: Language = Language {
 
 const SPELLING: Spelling = Spelling {
     number: |value| double(value, "np.inf", "np.nan"),
+    component: |vector, component| format!("{vector}_{}", ["x", "y", "z"].get(component).unwrap_or(&"x")),
     function,
+    native: function,
     choice: |[a, b, then, otherwise]| (format!("np.where({a} < {b}, {then}, {otherwise})"), Level::Whole),
     cell: |place, last| format!("np.where({place} > 0, np.minimum({place}, {last}), 0).astype(int)"),
     entry,

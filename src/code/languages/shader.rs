@@ -11,19 +11,29 @@ pub(super) fn number(value: f64) -> String {
     single(value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)), "", "0.0")
 }
 
-/// Functions that shading languages lack.
-pub(super) const LACKS: &[Function] = &[Function::Erfc, Function::Ln1p];
+/// Functions that shading languages lack, or promise too little accuracy of.
+pub(super) const LACKS: &[Function] = &[Function::Erfc, Function::Ln1p, Function::Ln];
 
 pub(super) fn function(function: Function) -> &'static str {
     match function {
         Function::Exp => "exp",
-        Function::Ln => "log",
+        Function::Ln => "brdf_log",
         Function::Ln1p => "brdf_log1p",
         Function::Sqrt => "sqrt",
         Function::Sin => "sin",
         Function::Erfc => "brdf_erfc",
         Function::Atan2 => "atan",
     }
+}
+
+/// The names of the languages' own functions.
+pub(super) fn native(named: Function) -> &'static str {
+    if named == Function::Ln { "log" } else { function(named) }
+}
+
+/// A component of a vector.
+pub(super) fn component(vector: &str, component: usize) -> String {
+    format!("{vector}.{}", ["x", "y", "z"].get(component).unwrap_or(&"x"))
 }
 
 /// How a shading language declares things.
@@ -80,9 +90,6 @@ pub(super) fn write(program: &Program, dialect: &Dialect) -> String {
         text,
         "\n// f in 1/sr of the channels {channels}. wi, wo: unit vectors to the light and to the viewer; the normal is (0, 0, 1).\n{head} {{\n"
     );
-    for (vector, axis) in ["wi", "wo"].into_iter().flat_map(|v| ["x", "y", "z"].map(|axis| (v, axis))) {
-        let _ = writeln!(text, "    {}", statement(&format!("{vector}_{axis}"), &format!("{vector}.{axis}")));
-    }
     for (word, ..) in &given {
         let _ = writeln!(text, "    {}", statement(word, &format!("parameters.{word}")));
     }

@@ -1,6 +1,6 @@
 //! Slang.
 
-use super::shader::{self, Dialect, LACKS, constructed, number, write};
+use super::shader::{self, Dialect, LACKS, component, constructed, native, number, write};
 use crate::code::{Language, Spelling, ternary};
 use crate::math::recorded::Function;
 
@@ -17,7 +17,9 @@ pub(crate) const LANGUAGE: Language = Language {
 
 const SPELLING: Spelling = Spelling {
     number,
+    component,
     function,
+    native,
     choice: ternary,
     cell: |place, last| format!("({place} > 0.0 ? floor(min({place}, {last}.0)) : 0.0)"),
     entry: |table, cell, below, column, columns| {

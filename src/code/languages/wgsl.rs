@@ -1,6 +1,6 @@
 //! WGSL, the language of WebGPU.
 
-use super::shader::{self, Dialect, LACKS, constructed, number, write};
+use super::shader::{self, Dialect, LACKS, component, constructed, native, number, write};
 use crate::code::{Language, Level, Spelling};
 use crate::math::recorded::Function;
 
@@ -17,7 +17,9 @@ pub(crate) const LANGUAGE: Language = Language {
 
 const SPELLING: Spelling = Spelling {
     number,
+    component,
     function,
+    native,
     choice: |[a, b, then, otherwise]| (format!("select({otherwise}, {then}, {a} < {b})"), Level::Whole),
     cell: |place, last| format!("floor(clamp({place}, 0.0, {last}.0))"),
     entry: |table, cell, below, column, columns| {
