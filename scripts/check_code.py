@@ -14,9 +14,10 @@ What it does
       osl           compiled by Blender (bpy) where it is installed
     and exits 1 if
       - a double-precision f is off by more than 1e-12 of itself or of 1e-9 of the model's peak, whichever is larger;
-      - a derivative is off by more than 1e-6 of itself or of 1e-9 of the parameter's largest, whichever is larger;
-      - a single-precision f is off by more than 1e-5 of the peak, and by more than ten times the largest error that brdfit has
-        in single precision;
+      - a derivative with respect to a parameter p is off by more than 1e-6 of itself, of f/p or of 1e-9 of the largest that p has,
+        whichever is largest;
+      - a single-precision f is off by more than 1e-5 of the peak, by more than ten times the largest error that brdfit has in
+        single precision, and by more than the smallest number that such a float holds in full;
       - code does not compile.
 
 How to run it (packages come from scripts/requirements-code.txt, the browser is Debian's package chromium)
@@ -97,7 +98,7 @@ class Results:
 
     def single(self, what: str, case: Case, found: np.ndarray) -> None:
         own = np.nanmax(np.abs(case.single - case.double))
-        allowed = max(SINGLE * case.peak, 10.0 * own)
+        allowed = max(SINGLE * case.peak, 10.0 * own, float(np.finfo(np.float32).tiny))
         self.note(what, case, float(np.max(np.abs(found - case.double)) / allowed))
 
 
@@ -196,7 +197,9 @@ def check_jax(cases: list[Case], pairs: np.ndarray, results: Results, scratch: P
             # Without jit, whose compiler takes minutes for derivatives of a distribution that is normalised by a long sum.
             forward = jax.jacfwd(of)(values)
             found = np.stack([np.asarray(forward[name]) for name in case.names], axis=-1)
-            results.derivative("jax, forward derivatives", case, found, case.derivatives, np.abs(case.derivatives))
+            per_parameter = np.abs(case.double[:, None] / np.array(case.values))
+            size = np.maximum(np.abs(case.derivatives), per_parameter)
+            results.derivative("jax, forward derivatives", case, found, case.derivatives, size)
             reverse = jax.grad(lambda p: jnp.sum(weights * of(p)))(values)
             found = np.array([float(reverse[name]) for name in case.names])
             w = np.asarray(weights)[:, None]

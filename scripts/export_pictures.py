@@ -246,21 +246,25 @@ def read_exr(path: Path) -> Array:
 def mitsuba_picture(path: Path, scene: Scene, samples: int) -> Array:
     mi = module("mitsuba")
     mi.set_variant("scalar_rgb")
+    # Only the file that includes the material can refer to it, so that a small scene fetches it.
+    user = f'<scene version="3.0.0"><include filename="{path}"/><shape type="sphere"><ref id="brdfit"/></shape></scene>'
+    return mitsuba_picture_of(mi.load_string(user).shapes()[0].bsdf(), scene, samples)
+
+
+def mitsuba_picture_of(bsdf, scene: Scene, samples: int) -> Array:
+    """The picture of a BSDF, in the variant that is set."""
+    mi = module("mitsuba")
     transform = mi.ScalarTransform4f
     film = {"type": "hdrfilm", "width": SIDE, "height": SIDE, "component_format": "float32", "filter": {"type": "box"}}
     view = transform().look_at(scene.eye.tolist(), scene.target.tolist(), [0, 0, 1])
     camera = {"type": "perspective", "fov": scene.fov, "fov_axis": "y", "to_world": view, "near_clip": 0.01, "film": film}
-    # Only the file that includes the material can refer to it, so that a small scene fetches it.
-    user = f'<scene version="3.0.0"><include filename="{path}"/><shape type="sphere"><ref id="brdfit"/></shape></scene>'
     objects = {
         "type": "scene",
         # Only direct light: the softboxes would reflect one another.
         "integrator": {"type": "path", "max_depth": 2},
         "sensor": camera | {"sampler": {"type": "multijitter", "sample_count": samples}},
-        "ball": {
-            "type": "sphere", "center": scene.ball.tolist(), "radius": scene.radius, "bsdf": mi.load_string(user).shapes()[0].bsdf()
-        },
-    }  # fmt: skip
+        "ball": {"type": "sphere", "center": scene.ball.tolist(), "radius": scene.radius, "bsdf": bsdf},
+    }
     for number, box in enumerate(scene.softboxes):
         facing = np.cross(box.u, box.v) / np.linalg.norm(np.cross(box.u, box.v))
         matrix = np.eye(4)

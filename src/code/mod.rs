@@ -14,6 +14,7 @@ mod spelling;
 
 pub(crate) use body::Body;
 pub use language::Language;
+pub(crate) use languages::text::{comment, flat as python_rows, statements};
 pub use program::{Argument, Arguments, NotWritten, Program};
 pub use registry::{LANGUAGES, named};
 pub(crate) use spelling::{Level, Spelling, double, element, ternary};

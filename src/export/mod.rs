@@ -11,6 +11,7 @@ mod code;
 mod gltf;
 mod materialx;
 mod mitsuba;
+mod mitsuba_plugin;
 mod pbrt;
 mod radiance;
 mod record;

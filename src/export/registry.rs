@@ -1,12 +1,13 @@
 //! The registry of all targets.
 
 use super::target::Target;
-use super::{blender, code, gltf, materialx, mitsuba, pbrt, radiance, usd};
+use super::{blender, code, gltf, materialx, mitsuba, mitsuba_plugin, pbrt, radiance, usd};
 use crate::error::{Error, NameKind};
 
 /// All targets.
 pub const TARGETS: &[Target] = &[
     mitsuba::TARGET,
+    mitsuba_plugin::TARGET,
     pbrt::TARGET,
     gltf::TARGET,
     materialx::TARGET,

@@ -89,6 +89,11 @@ impl<'a> Values<'a> {
         self.about.report
     }
 
+    /// The channel of the table for red, green and blue.
+    pub fn channels(&self) -> [usize; 3] {
+        self.channels
+    }
+
     /// The lobes that are present.
     pub fn lobes(&self) -> Vec<LobeOf<'_, 'a>> {
         let present = (0..self.expression.lobes().len()).filter(|index| !self.table.is_absent(*index));
