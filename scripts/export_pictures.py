@@ -248,11 +248,12 @@ def mitsuba_picture(path: Path, scene: Scene, samples: int) -> Array:
     mi.set_variant("scalar_rgb")
     # Only the file that includes the material can refer to it, so that a small scene fetches it.
     user = f'<scene version="3.0.0"><include filename="{path}"/><shape type="sphere"><ref id="brdfit"/></shape></scene>'
-    return mitsuba_picture_of(mi.load_string(user).shapes()[0].bsdf(), scene, samples)
+    objects = mitsuba_scene(mi.load_string(user).shapes()[0].bsdf(), scene, samples)
+    return np.array(mi.render(objects)).astype(float)[..., :3]
 
 
-def mitsuba_picture_of(bsdf, scene: Scene, samples: int) -> Array:
-    """The picture of a BSDF, in the variant that is set."""
+def mitsuba_scene(bsdf, scene: Scene, samples: int):
+    """The scene with a ball of this material, in the variant that is set."""
     mi = module("mitsuba")
     transform = mi.ScalarTransform4f
     film = {"type": "hdrfilm", "width": SIDE, "height": SIDE, "component_format": "float32", "filter": {"type": "box"}}
@@ -271,7 +272,7 @@ def mitsuba_picture_of(bsdf, scene: Scene, samples: int) -> Array:
         matrix[:3] = np.stack([box.u, box.v, facing, box.center], axis=1)
         emitter = {"type": "area", "radiance": {"type": "rgb", "value": box.radiance.tolist()}}
         objects[f"softbox{number}"] = {"type": "rectangle", "to_world": transform(matrix), "emitter": emitter}
-    return np.array(mi.render(mi.load_dict(objects))).astype(float)[..., :3]
+    return mi.load_dict(objects)
 
 
 # ------------------------------------------------------------------------------------------------------- Radiance
