@@ -9,9 +9,9 @@ What it does
       python-numpy  NumPy
       jax           JAX in double precision: f, its forward derivatives, and the reverse derivatives of a weighted sum of all f
       glsl          WebGL 2 in headless Chromium
-      wgsl          WebGPU in headless Chromium where it has an adapter, compiled by naga where there is one
-      slang         compiled by slangpy where it is installed
-      osl           compiled by Blender (bpy) where it is installed
+      wgsl          WebGPU in headless Chromium
+      slang         looked at by the front end of Slang's compiler (package slangpy), where it is asked for
+      osl           compiled by the OSL of Blender (package bpy, which needs CPython 3.11), where it is asked for
     and exits 1 if
       - a double-precision f is off by more than 1e-12 of itself or of 1e-9 of the model's peak, whichever is larger;
       - a derivative with respect to a parameter p is off by more than 1e-6 of itself, of f/p or of 1e-9 of the largest that p has,
@@ -87,6 +87,10 @@ class Results:
             self.worst[what] = (error, case.model)
         if not error <= 1.0:
             self.fault(what, case, f"off by {error:.3g} times what is allowed")
+
+    def compiled(self, what: str) -> None:
+        self.counts[what] = self.counts.get(what, 0) + 1
+        self.worst.setdefault(what, (0.0, "compiled only"))
 
     def double(self, what: str, case: Case, found: np.ndarray) -> None:
         allowed = DOUBLE * np.maximum(np.abs(case.double), 1e-9 * case.peak)
@@ -209,7 +213,8 @@ def check_jax(cases: list[Case], pairs: np.ndarray, results: Results, scratch: P
 
 
 WEBGL = """
-async ([source, call, pairs, width, height]) => {
+async ([source, call, pairs]) => {
+  const height = 40, width = pairs.length / 6 / height;
   const canvas = window.brdfCanvas ??= new OffscreenCanvas(width, height);
   const gl = window.brdfContext ??= canvas.getContext("webgl2");
   if (!gl || !gl.getExtension("EXT_color_buffer_float")) return { error: "no WebGL 2 with float targets" };
@@ -277,25 +282,106 @@ void main() {
 """
 
 
-def check_glsl(cases: list[Case], pairs: np.ndarray, results: Results, scratch: Path) -> None:
+WEBGPU = """
+async ([source, call, pairs]) => {
+  const adapter = await navigator.gpu?.requestAdapter();
+  if (!adapter) return { error: "no WebGPU" };
+  const device = window.brdfDevice ??= await adapter.requestDevice();
+  const count = pairs.length / 6;
+  const code = `${source}
+@group(0) @binding(0) var<storage, read> given: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read_write> found: array<f32>;
+@compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x >= ${count}u) { return; }
+    let wi = given[2u * id.x].xyz;
+    let wo = given[2u * id.x + 1u].xyz;
+    found[id.x] = ${call};
+}`;
+  const module = device.createShaderModule({ code });
+  const faults = (await module.getCompilationInfo()).messages.filter((message) => message.type === "error");
+  if (faults.length) return { error: faults.map((fault) => `${fault.lineNum}: ${fault.message}`).join("; ") };
+  const pipeline = device.createComputePipeline({ layout: "auto", compute: { module, entryPoint: "main" } });
+  const values = new Float32Array(8 * count);
+  for (let i = 0; i < 2 * count; i++) for (let k = 0; k < 3; k++) values[4 * i + k] = pairs[3 * i + k];
+  const buffer = (size, usage) => device.createBuffer({ size, usage });
+  const given = buffer(values.byteLength, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST);
+  const result = buffer(4 * count, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC);
+  const read = buffer(4 * count, GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST);
+  device.queue.writeBuffer(given, 0, values);
+  const entries = [given, result].map((buffer, binding) => ({ binding, resource: { buffer } }));
+  const group = device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries });
+  const encoder = device.createCommandEncoder();
+  const pass = encoder.beginComputePass();
+  pass.setPipeline(pipeline);
+  pass.setBindGroup(0, group);
+  pass.dispatchWorkgroups(Math.ceil(count / 64));
+  pass.end();
+  encoder.copyBufferToBuffer(result, 0, read, 0, 4 * count);
+  device.queue.submit([encoder.finish()]);
+  await read.mapAsync(GPUMapMode.READ);
+  const found = Array.from(new Float32Array(read.getMappedRange().slice(0)));
+  [given, result, read].forEach((buffer) => buffer.destroy());
+  return { values: found.map((value) => Number.isFinite(value) ? value : null) };
+}
+"""
+
+
+def in_browser(page_code: str, stem: str, flags: list[str], cases: list[Case], pairs: np.ndarray, results: Results) -> None:
+    """Runs the files of a shading language in headless Chromium, by a function of the page that gets source, call and pairs."""
     from playwright.sync_api import sync_playwright
 
-    height = 40
-    width = len(pairs) // height
-    with sync_playwright() as playwright:
-        options = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
+    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", *flags])
         page = browser.new_page()
+        # WebGPU needs a page with an address.
+        empty = Path(folder, "empty.html")
+        empty.write_text("<!doctype html>", encoding="utf-8")
+        page.goto(empty.as_uri())
         for case in cases:
-            for way, file in case.files("glsl"):
+            for way, file in case.files(stem):
                 call = "brdf(wi, wo)" if way == "fixed" or not case.names else "brdf(wi, wo, brdf_defaults)"
-                source = file.read_text(encoding="utf-8")
-                found = page.evaluate(WEBGL, [source, call, pairs.ravel().tolist(), width, height])
+                found = page.evaluate(page_code, [file.read_text(encoding="utf-8"), call, pairs.ravel().tolist()])
                 if "error" in found:
-                    results.fault("glsl", case, found["error"])
+                    results.fault(stem, case, found["error"])
                 else:
-                    results.single("glsl", case, np.array(found["values"], dtype=float))
+                    results.single(stem, case, np.array(found["values"], dtype=float))
         browser.close()
+
+
+def check_glsl(cases: list[Case], pairs: np.ndarray, results: Results, scratch: Path) -> None:
+    flags = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    in_browser(WEBGL, "glsl", flags, cases, pairs, results)
+
+
+def check_wgsl(cases: list[Case], pairs: np.ndarray, results: Results, scratch: Path) -> None:
+    flags = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]
+    in_browser(WEBGPU, "wgsl", flags, cases, pairs, results)
+
+
+def check_slang(cases: list[Case], pairs: np.ndarray, results: Results, scratch: Path) -> None:
+    import slangpy
+
+    device = slangpy.create_device(type=slangpy.DeviceType.cpu)
+    for case in cases:
+        for way, file in case.files("slang"):
+            try:
+                device.load_module_from_source(f"case_{case.folder.name}_{way}", file.read_text(encoding="utf-8"))
+                results.compiled("slang")
+            except Exception as error:  # slangpy raises plain ones
+                results.fault("slang", case, str(error)[:500])
+
+
+def check_osl(cases: list[Case], pairs: np.ndarray, results: Results, scratch: Path) -> None:
+    import bpy  # noqa: F401  (it makes the next import possible)
+    import _cycles
+
+    for case in cases:
+        for way, file in case.files("osl"):
+            compiled = scratch / f"{case.folder.name}_{way}.oso"
+            if _cycles.osl_compile(str(file), str(compiled)) and compiled.is_file():
+                results.compiled("osl")
+            else:
+                results.fault("osl", case, "does not compile")
 
 
 CHECKS = {
@@ -304,13 +390,18 @@ CHECKS = {
     "python-numpy": check_numpy,
     "jax": check_jax,
     "glsl": check_glsl,
+    "wgsl": check_wgsl,
+    "slang": check_slang,
+    "osl": check_osl,
 }
+# Run unless others are named: all but those whose compilers are large packages.
+DEFAULT = [name for name in CHECKS if name not in ("slang", "osl")]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="what the example code_cases wrote")
-    parser.add_argument("--languages", default=",".join(CHECKS), help="run these only")
+    parser.add_argument("--languages", default=",".join(DEFAULT), help="run these only")
     arguments = parser.parse_args()
     pairs = np.fromfile(arguments.folder / "pairs.bin").reshape(-1, 6)
     cases = [Case(arguments.folder, record) for record in json.loads((arguments.folder / "cases.json").read_text())]

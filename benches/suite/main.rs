@@ -24,6 +24,7 @@
     clippy::print_stderr
 )]
 
+mod code;
 mod course;
 mod database;
 mod evaluation;
@@ -48,7 +49,7 @@ use timing::Effort;
 type Section = fn(&Setup) -> String;
 
 /// The sections in the order in which they are run and stand in the document.
-const SECTIONS: [(&str, Section); 15] = [
+const SECTIONS: [(&str, Section); 16] = [
     ("machine", machine::describe),
     ("whole fits", fits::whole_fits),
     ("baseline", fits::baseline),
@@ -58,6 +59,7 @@ const SECTIONS: [(&str, Section); 15] = [
     ("evaluation", evaluation::table),
     ("yardstick", yardstick::table),
     ("zoo", zoo::table),
+    ("code", code::table),
     ("scaling", scaling::table),
     ("threads", scaling::threads),
     ("spectral", fits::spectral),
@@ -71,7 +73,7 @@ const SECTIONS: [(&str, Section); 15] = [
 pub struct Arguments {
     /// Full MERL-format tables, and measurements in other formats
     files: Vec<PathBuf>,
-    /// A Python with numpy and scipy: times scripts/baseline_scipy.py beside the program
+    /// A Python with numpy and scipy: times scripts/baseline_scipy.py and scripts/baseline_numpy_ggx.py beside the program
     #[arg(long, value_name = "PYTHON")]
     baseline: Option<PathBuf>,
     /// The script that --baseline runs

@@ -266,3 +266,169 @@ fn helper(function: Function, purpose: Purpose, language: &Language) -> Result<B
     let inputs = ["x".to_owned()];
     Ok(Body::new(&recording, &[output], &inputs, &HashMap::new(), purpose.tiny, &spelling))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::code::LANGUAGES;
+    use crate::geometry::direction;
+    use crate::math::recorded::{Operator, Step};
+    use crate::model::REGISTRY;
+
+    fn language(name: &str) -> &'static Language {
+        crate::code::named("test", name).unwrap()
+    }
+
+    /// What the steps of a recording give for these inputs, by the functions of `f64`.
+    fn replayed(recording: &Recording, inputs: &[f64], outputs: &[Operand]) -> Vec<f64> {
+        let mut found: Vec<f64> = Vec::new();
+        let value = |operand: Operand, found: &[f64]| match operand {
+            Operand::Constant(value) => value,
+            Operand::Tiny => f64::TINY,
+            Operand::Step(index) => found[index],
+        };
+        for step in &recording.steps {
+            let of = |operand: Operand| value(operand, &found);
+            let next = match *step {
+                Step::Input(index) => inputs[index],
+                Step::Negative(a) => -of(a),
+                Step::Arithmetic(Operator::Sum, [a, b]) => of(a) + of(b),
+                Step::Arithmetic(Operator::Difference, [a, b]) => of(a) - of(b),
+                Step::Arithmetic(Operator::Product, [a, b]) => of(a) * of(b),
+                Step::Arithmetic(Operator::Quotient, [a, b]) => of(a) / of(b),
+                Step::Call(Function::Exp, [a, _]) => crate::math::Scalar::exp(of(a)),
+                Step::Call(Function::Ln, [a, _]) => crate::math::Scalar::ln(of(a)),
+                Step::Call(Function::Ln1p, [a, _]) => crate::math::Scalar::ln_1p(of(a)),
+                Step::Call(Function::Sqrt, [a, _]) => of(a).sqrt(),
+                Step::Call(Function::Sin, [a, _]) => of(a).sin(),
+                Step::Call(Function::Erfc, [a, _]) => crate::math::Scalar::erfc(of(a)),
+                Step::Call(Function::Atan2, [a, b]) => crate::math::Real::atan2(of(a), of(b)),
+                Step::Choice { less: [a, b], then, otherwise } => {
+                    if of(a) < of(b) {
+                        of(then)
+                    } else {
+                        of(otherwise)
+                    }
+                }
+                Step::Cell { place, last } => crate::math::count(of(place).whole().min(last)),
+                Step::Entry { table, cell, below, column } => {
+                    recording.tables[table][of(cell).whole() + below][column]
+                }
+                Step::Held(a) => of(a),
+            };
+            found.push(next);
+        }
+        outputs.iter().map(|output| value(*output, &found)).collect()
+    }
+
+    // Only ln(x + rest) is recorded otherwise than it is computed, as ln(x) + rest/x.
+    #[test]
+    fn the_steps_of_every_model_give_what_it_gives() {
+        let degrees = [
+            (0.0, 0.0, 0.0, 0.0),
+            (40.0, 10.0, 40.5, 190.0),
+            (70.0, 0.0, 15.0, 80.0),
+            (89.9, 0.0, 89.0, 179.0),
+        ];
+        let pairs = degrees.map(|(theta_i, phi_i, theta_o, phi_o): (f64, f64, f64, f64)| {
+            let unit = |theta: f64, phi: f64| direction(theta.to_radians(), phi.to_radians()).to_array();
+            (unit(theta_i, phi_i), unit(theta_o, phi_o))
+        });
+        let purpose = Purpose { tiny: f64::TINY, differentiable: false, most_steps: MOST_STEPS };
+        let (mut models, mut refused, mut same) = (0, 0, 0);
+        for (model, choices) in REGISTRY.iter().flat_map(|entry| entry.variants()) {
+            let expression: Expression = match choices.text() {
+                none if none.is_empty() => model.name().to_owned(),
+                text => format!("{}({text})", model.name()),
+            }
+            .parse()
+            .unwrap();
+            let table = Program::table_of_one_channel(&expression).unwrap();
+            let values = table.formula_values(0);
+            for are_free in [false, true] {
+                let most_steps = if are_free { MOST_STEPS } else { usize::MAX };
+                let work = || of_expression(&expression, &table, are_free, &given_geometry());
+                let Ok((outputs, recording)) = record(Purpose { most_steps, ..purpose }, work) else {
+                    assert!(are_free, "{}", expression.canonical());
+                    refused += 1;
+                    continue;
+                };
+                models += 1;
+                for (wi, wo) in pairs {
+                    let own = table.rows().iter().map(|row| row.value);
+                    let inputs: Vec<f64> = wi.into_iter().chain(wo).chain(own).collect();
+                    let found = replayed(&recording, &inputs, &outputs)[0];
+                    let expected = expression.value(&Geometry::new(wi, wo), &values);
+                    same += u32::from(found.to_bits() == expected.to_bits());
+                    let close = (found - expected).abs() <= 1e-12 * expected.abs();
+                    assert!(close, "{}: {found} for {expected}", expression.canonical());
+                }
+            }
+        }
+        assert!(same > 4 * models * 9 / 10, "{same} of {} are the same to the bit", 4 * models);
+        assert!(refused * 4 < models, "{refused} refused, {models} written");
+    }
+
+    #[test]
+    fn operations_keep_their_order() {
+        let purpose = Purpose { tiny: 0.0, differentiable: false, most_steps: 100 };
+        let text = |work: fn([Recorded; 3]) -> Recorded| {
+            let given = || work(std::array::from_fn(Recorded::input)).operand();
+            let (output, recording) = record(purpose, given).unwrap();
+            let inputs = ["a", "b", "c"].map(str::to_owned);
+            let spelling = &language("c").spelling;
+            Body::new(&recording, &[output], &inputs, &HashMap::new(), 0.0, spelling).outputs.remove(0)
+        };
+        assert_eq!(text(|[a, b, c]| a - b - c), "a - b - c");
+        assert_eq!(text(|[a, b, c]| a - (b - c)), "a - (b - c)");
+        assert_eq!(text(|[a, b, c]| a / b / c), "a / b / c");
+        assert_eq!(text(|[a, b, c]| a / (b * c)), "a / (b * c)");
+        assert_eq!(text(|[a, b, c]| (a + b) * c), "(a + b) * c");
+        assert_eq!(text(|[a, b, c]| -(a * b) - -c), "-(a * b) - (-c)");
+        assert_eq!(text(|[a, b, _]| (-a) * b), "(-a) * b");
+        assert_eq!(text(|[a, b, _]| a.plus(-0.5) * b.times(-2.0)), "(a + (-0.5)) * (b * (-2.0))");
+        let nested =
+            |[a, b, c]: [Recorded; 3]| Recorded::if_less(a, b + c, c, Recorded::if_less(b, c, a, -b));
+        assert_eq!(text(nested), "a < b + c ? c : (b < c ? a : -b)");
+        assert_eq!(text(|[a, b, _]| Recorded::if_less(a, b, a, b) + a), "(a < b ? a : b) + a");
+    }
+
+    #[test]
+    fn numbers_are_written_with_all_their_digits() {
+        let third = 1.0 / 3.0;
+        let number = |name: &str, value: f64| (language(name).spelling.number)(value);
+        assert_eq!(number("c", third).parse::<f64>().unwrap(), third);
+        assert_eq!(number("glsl", third), "0.33333334");
+        assert_eq!(number("glsl", 1e-300), "0.0");
+        assert_eq!(number("glsl", f64::INFINITY), "3.4028235e38");
+        assert_eq!(number("c", f64::NEG_INFINITY), "-INFINITY");
+        assert_eq!(number("python-numpy", f64::INFINITY), "np.inf");
+    }
+
+    #[test]
+    fn names_that_become_the_same_word_are_an_error() {
+        let expression: Expression = "lambert".parse().unwrap();
+        let channels = ["a b", "a-b"].map(str::to_owned);
+        let table = ParameterTable::new(&expression, &channels, Azimuths::Several, &Settings::new()).unwrap();
+        let free = Program::new(&expression, &table, Arguments::Free, language("c"), &[]);
+        assert!(matches!(free, Err(NotWritten::SameWord(word, _)) if word == "lambert_kd_a_b"), "a clash");
+        Program::new(&expression, &table, Arguments::Fixed, language("c"), &[]).unwrap();
+    }
+
+    #[test]
+    fn a_lobe_without_strength_is_left_out_if_its_parameters_are_fixed() {
+        let expression: Expression = "lambert(kd=0.5) + cook-torrance(ks=free)".parse().unwrap();
+        let mut table = Program::table_of_one_channel(&expression).unwrap();
+        let ks = (0..table.rows().len()).find(|row| table.name(*row) == "cook-torrance.ks").unwrap();
+        table.set_value(ks, 0.0);
+        assert!(table.drop_absent_lobes());
+        for language in LANGUAGES {
+            let written = |arguments| {
+                let program = Program::new(&expression, &table, arguments, language, &[]).unwrap();
+                program.body.statements.len()
+            };
+            assert_eq!(written(Arguments::Fixed), 0, "{}", language.name);
+            assert!(written(Arguments::Free) > 5, "{}", language.name);
+        }
+    }
+}
