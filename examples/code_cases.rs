@@ -8,7 +8,7 @@
 //! Of all variants that differ in a part, every EVERY-th is written, from number FIRST on.
 #![allow(clippy::print_stdout, clippy::indexing_slicing)]
 
-use brdfit::code::{Arguments, LANGUAGES, Program};
+use brdfit::code::{Arguments, LANGUAGES};
 use brdfit::geometry::{BLOCK, Block, Geometry, Pair, direction};
 use brdfit::model::{
     BasisBlock, Choices, Derivatives, Expression, LobeValues, ModelEntry, REGISTRY, Role, Scale,
@@ -109,16 +109,16 @@ fn case(folder: &Path, index: usize, text: &str, pairs: &[Pair]) -> Result<Value
     let mut refused = None;
     for (how, arguments) in [("fixed", Arguments::Fixed), ("free", Arguments::Free)] {
         for language in LANGUAGES {
-            match Program::of_one_channel(&expression, arguments, language, &[])? {
-                Ok(program) => {
+            match language.write_for_one_channel(&expression, arguments, &[])? {
+                Ok(text) => {
                     let name = format!("{}_{how}.{}", language.name.replace('-', "_"), language.extension);
-                    fs::write(own.join(name), language.write(&program))?;
+                    fs::write(own.join(name), text)?;
                 }
                 Err(reason) => refused = Some(format!("{how}: {reason}")),
             }
         }
     }
-    let table = Program::table_of_one_channel(&expression)?;
+    let table = ParameterTable::of_one_channel(&expression)?;
     let values = table.formula_values(0);
     let geometry = |pair: &Pair| Geometry::new(pair.wi.to_array(), pair.wo.to_array());
     let doubles: Vec<f64> = pairs.iter().map(|pair| expression.value(&geometry(pair), &values)).collect();

@@ -6,9 +6,10 @@
 
 use super::timing::{as_f64, median};
 use super::{Setup, inputs, markdown};
-use brdfit::code::{Arguments, Program, named};
+use brdfit::code::{Arguments, named};
 use brdfit::geometry::Geometry;
 use brdfit::model::{Expression, LobeValues};
+use brdfit::parameters::ParameterTable;
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -33,14 +34,13 @@ pub fn table(setup: &Setup) -> String {
     let mut rows = Vec::new();
     for model in MODELS {
         let expression = Expression::parse(model).unwrap();
-        let values = Program::table_of_one_channel(&expression).unwrap().formula_values(0);
+        let values = ParameterTable::of_one_channel(&expression).unwrap().formula_values(0);
         for (how, arguments) in [("fixed", Arguments::Fixed), ("free", Arguments::Free)] {
-            let Ok(program) =
-                Program::of_one_channel(&expression, arguments, named("bench", "c").unwrap(), &[]).unwrap()
-            else {
+            let c = named("bench", "c").unwrap();
+            let Ok(function) = c.write_for_one_channel(&expression, arguments, &[]).unwrap() else {
                 continue;
             };
-            let compiled = compiled(setup.folder(), &named("bench", "c").unwrap().write(&program));
+            let compiled = compiled(setup.folder(), &function);
             // In turns, so that whatever else the machine does disturbs both.
             let (mut ours, mut theirs) = (Vec::new(), Vec::new());
             for _ in 0..setup.effort.runs {
@@ -127,8 +127,8 @@ fn numpy(setup: &Setup, python: &Path) -> String {
     let file = setup.folder().join("generated.py");
     let mut rows = Vec::new();
     for (how, arguments) in [("fixed", Arguments::Fixed), ("free", Arguments::Free)] {
-        let program = Program::of_one_channel(&expression, arguments, language, &[]).unwrap().unwrap();
-        std::fs::write(&file, language.write(&program)).unwrap();
+        let text = language.write_for_one_channel(&expression, arguments, &[]).unwrap().unwrap();
+        std::fs::write(&file, text).unwrap();
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/baseline_numpy_ggx.py");
         let output = Command::new(python).arg(script).arg(&file).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

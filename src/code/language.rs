@@ -1,8 +1,10 @@
 //! A language.
 
-use super::program::Program;
+use super::program::{Arguments, NotWritten, Program};
 use super::spelling::Spelling;
-use crate::math::recorded::Function;
+use crate::error::Error;
+use crate::model::Expression;
+use crate::parameters::ParameterTable;
 
 /// A language that programs are written in.
 #[derive(Clone, Copy, Debug)]
@@ -13,12 +15,6 @@ pub struct Language {
     pub summary: &'static str,
     /// The usual ending of the file's name, without the dot.
     pub extension: &'static str,
-    /// Whether its numbers have single precision.
-    pub is_single: bool,
-    /// Whether it differentiates programs itself.
-    pub differentiates: bool,
-    /// Functions that it does not have: they are written before the program, as far as it uses them.
-    pub(crate) lacks: &'static [Function],
     /// How steps are spelled.
     pub(crate) spelling: Spelling,
     /// Writes the whole file.
@@ -26,9 +22,33 @@ pub struct Language {
 }
 
 impl Language {
-    /// Writes a program, whose steps must be those for this language.
-    #[must_use]
-    pub fn write(&self, program: &Program) -> String {
-        (self.write)(program)
+    /// Writes the model of an expression, at the values in the table. The comment says what it is, and before that, in the lines
+    /// `about`, where it comes from.
+    ///
+    /// # Errors
+    /// [`NotWritten`] if the parameters cannot be arguments.
+    pub fn write(
+        &self,
+        expression: &Expression,
+        table: &ParameterTable,
+        arguments: Arguments,
+        about: &[String],
+    ) -> Result<String, NotWritten> {
+        Program::new(expression, table, arguments, &self.spelling, about)
+            .map(|program| (self.write)(&program))
+    }
+
+    /// Writes a model for one channel, at the values in the expression and default ones. Names of parameters have no channel.
+    ///
+    /// # Errors
+    /// Those of [`ParameterTable::new`], for constraints of the expression.
+    pub fn write_for_one_channel(
+        &self,
+        expression: &Expression,
+        arguments: Arguments,
+        about: &[String],
+    ) -> Result<Result<String, NotWritten>, Error> {
+        let table = ParameterTable::of_one_channel(expression)?;
+        Ok(self.write(expression, &table, arguments, about))
     }
 }

@@ -1,15 +1,13 @@
 //! A model as a list of statements.
 
 use super::body::Body;
-use super::language::Language;
 use super::spelling::Spelling;
-use crate::error::Error;
-use crate::geometry::{Azimuths, Geometry};
+use crate::geometry::Geometry;
 use crate::math::elementary::{erfc_by_erfcx, ln_1p_by_ln, ln_by_ln};
 use crate::math::recorded::{Function, Operand, Purpose, Recorded, Recording, Refusal, record};
 use crate::math::{Real as _, Scalar as _};
-use crate::model::{Expression, Sharing};
-use crate::parameters::{ParameterTable, Selector, Setting, Settings};
+use crate::model::Expression;
+use crate::parameters::ParameterTable;
 use std::collections::HashMap;
 use std::fmt;
 
@@ -50,7 +48,7 @@ impl fmt::Display for NotWritten {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TableOfParameters => {
-                f.write_str("its parameters make a table, which only brdfit computes: they must be fixed")
+                f.write_str("one that makes a table from them, which only brdfit computes")
             }
             Self::SameWord(word, [a, b]) => write!(f, "'{a}' and '{b}' would both be called {word}"),
         }
@@ -86,11 +84,11 @@ impl Program {
     ///
     /// # Errors
     /// [`NotWritten`] if the parameters cannot be arguments.
-    pub fn new(
+    pub(crate) fn new(
         expression: &Expression,
         table: &ParameterTable,
         arguments: Arguments,
-        language: &Language,
+        spelling: &Spelling,
         about: &[String],
     ) -> Result<Self, NotWritten> {
         let arguments = match arguments {
@@ -99,8 +97,8 @@ impl Program {
         };
         let are_free = !arguments.is_empty();
         let purpose = Purpose {
-            tiny: if language.is_single { f64::from(f32::TINY) } else { f64::TINY },
-            differentiable: language.differentiates,
+            tiny: if spelling.is_single { f64::from(f32::TINY) } else { f64::TINY },
+            differentiable: spelling.differentiates,
             most_steps: if are_free { MOST_STEPS } else { usize::MAX },
         };
         let work = || {
@@ -113,18 +111,18 @@ impl Program {
         let words = arguments.iter().map(|argument| argument.word.clone());
         let components = ["wi", "wo"]
             .into_iter()
-            .flat_map(|vector| (0..3).map(move |component| (language.spelling.component)(vector, component)));
+            .flat_map(|vector| (0..3).map(move |component| (spelling.component)(vector, component)));
         let inputs: Vec<String> = components.chain(words).collect();
-        let body = Body::new(&recording, &outputs, &inputs, &names, purpose.tiny, &language.spelling);
-        let lacking = language.lacks.iter().copied().filter(|f| body.functions.contains(f));
+        let body = Body::new(&recording, &outputs, &inputs, &names, purpose.tiny, spelling);
+        let lacking = spelling.lacks.iter().copied().filter(|f| body.functions.contains(f));
         let helpers: Vec<(Function, Body)> = lacking
-            .map(|function| Ok((function, helper(function, purpose, language)?)))
+            .map(|function| Ok((function, helper(function, purpose, spelling)?)))
             .collect::<Result<_, _>>()
             .map_err(refused)?;
         let table_of = |index: &usize| recording.tables.get(*index).cloned().map(|table| (*index, table));
         Ok(Self {
-            about: about.iter().cloned().chain(description(expression)).collect(),
-            channels: table.channels().to_vec(),
+            about: commented(about, description(expression, table, are_free)),
+            channels: table.channels().iter().map(|name| name.replace(char::is_control, " ")).collect(),
             arguments,
             tables: body.tables.iter().filter_map(table_of).collect(),
             body,
@@ -133,46 +131,28 @@ impl Program {
     }
 }
 
-impl Program {
-    /// Writes a model for one channel, at the values in the expression and default ones. Names of parameters have no channel.
-    ///
-    /// # Errors
-    /// Those of [`ParameterTable::new`], for constraints of the expression.
-    pub fn of_one_channel(
-        expression: &Expression,
-        arguments: Arguments,
-        language: &Language,
-        about: &[String],
-    ) -> Result<Result<Self, NotWritten>, Error> {
-        let table = Self::table_of_one_channel(expression)?;
-        Ok(Self::new(expression, &table, arguments, language, about))
-    }
-
-    /// The parameters of a model of one channel.
-    ///
-    /// # Errors
-    /// Those of [`ParameterTable::new`], for constraints of the expression.
-    pub fn table_of_one_channel(expression: &Expression) -> Result<ParameterTable, Error> {
-        let names = expression.lobes().iter().flat_map(|lobe| {
-            let own = lobe.parameters().into_iter().filter(|spec| spec.sharing == Sharing::PerChannel);
-            own.map(|spec| format!("{}.{}", lobe.name, spec.name))
-        });
-        let shared = |name: String| Ok((Selector::parse(&name)?, Setting::Shared));
-        let settings: Settings = names.map(shared).collect::<Result<_, Error>>()?;
-        let channels = ["f".to_owned()];
-        ParameterTable::new(expression, &channels, Azimuths::Several, &settings)
-    }
-}
-
-/// Lines about a model, its sources, and what may be done with the code.
-fn description(expression: &Expression) -> Vec<String> {
-    let mut lines = vec![format!("model: {}", expression.canonical())];
-    for lobe in expression.lobes() {
-        let line = format!("source of {}: {}", lobe.model.name(), lobe.model.reference());
+/// Lines of a comment, each once. Control characters in names could end a comment.
+fn commented(about: &[String], description: Vec<String>) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for line in about.iter().cloned().chain(description) {
+        let line = line.replace(char::is_control, " ");
         if !lines.contains(&line) {
             lines.push(line);
         }
     }
+    lines
+}
+
+/// Lines about a model, its values unless they are free, its sources, and what may be done with the code.
+fn description(expression: &Expression, table: &ParameterTable, are_free: bool) -> Vec<String> {
+    let mut lines = vec![format!("model: {}", expression.canonical())];
+    for (index, row) in table.rows().iter().enumerate().filter(|_| !are_free) {
+        let unit = row.spec.unit.symbol();
+        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        lines.push(format!("{} = {}{unit}: {}", table.name(index), row.value, row.spec.summary));
+    }
+    let sources = expression.lobes().iter().map(|lobe| &lobe.model);
+    lines.extend(sources.map(|model| format!("source of {}: {}", model.name(), model.reference())));
     lines.push("unit: f is in 1/sr, and 0 unless both directions are above the surface".to_owned());
     lines
         .push("licence: 0BSD, which allows everything and asks for nothing; there is no warranty".to_owned());
@@ -247,7 +227,7 @@ fn words(table: &ParameterTable) -> Result<Vec<Argument>, NotWritten> {
 }
 
 /// A function that a language lacks.
-fn helper(function: Function, purpose: Purpose, language: &Language) -> Result<Body, Refusal> {
+fn helper(function: Function, purpose: Purpose, spelling: &Spelling) -> Result<Body, Refusal> {
     let work = || {
         let x = Recorded::input(0);
         match function {
@@ -262,7 +242,7 @@ fn helper(function: Function, purpose: Purpose, language: &Language) -> Result<B
         .operand()
     };
     let (output, recording): (Operand, Recording) = record(purpose, work)?;
-    let spelling = Spelling { function: language.spelling.native, ..language.spelling };
+    let spelling = Spelling { function: spelling.native, ..*spelling };
     let inputs = ["x".to_owned()];
     Ok(Body::new(&recording, &[output], &inputs, &HashMap::new(), purpose.tiny, &spelling))
 }
@@ -270,10 +250,11 @@ fn helper(function: Function, purpose: Purpose, language: &Language) -> Result<B
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::code::LANGUAGES;
-    use crate::geometry::direction;
+    use crate::code::{LANGUAGES, Language};
+    use crate::geometry::{Azimuths, direction};
     use crate::math::recorded::{Operator, Step};
     use crate::model::REGISTRY;
+    use crate::parameters::Settings;
 
     fn language(name: &str) -> &'static Language {
         crate::code::named("test", name).unwrap()
@@ -343,7 +324,7 @@ mod tests {
             }
             .parse()
             .unwrap();
-            let table = Program::table_of_one_channel(&expression).unwrap();
+            let table = ParameterTable::of_one_channel(&expression).unwrap();
             let values = table.formula_values(0);
             for are_free in [false, true] {
                 let most_steps = if are_free { MOST_STEPS } else { usize::MAX };
@@ -410,21 +391,21 @@ mod tests {
         let expression: Expression = "lambert".parse().unwrap();
         let channels = ["a b", "a-b"].map(str::to_owned);
         let table = ParameterTable::new(&expression, &channels, Azimuths::Several, &Settings::new()).unwrap();
-        let free = Program::new(&expression, &table, Arguments::Free, language("c"), &[]);
+        let free = Program::new(&expression, &table, Arguments::Free, &language("c").spelling, &[]);
         assert!(matches!(free, Err(NotWritten::SameWord(word, _)) if word == "lambert_kd_a_b"), "a clash");
-        Program::new(&expression, &table, Arguments::Fixed, language("c"), &[]).unwrap();
+        Program::new(&expression, &table, Arguments::Fixed, &language("c").spelling, &[]).unwrap();
     }
 
     #[test]
     fn a_lobe_without_strength_is_left_out_if_its_parameters_are_fixed() {
         let expression: Expression = "lambert(kd=0.5) + cook-torrance(ks=free)".parse().unwrap();
-        let mut table = Program::table_of_one_channel(&expression).unwrap();
+        let mut table = ParameterTable::of_one_channel(&expression).unwrap();
         let ks = (0..table.rows().len()).find(|row| table.name(*row) == "cook-torrance.ks").unwrap();
         table.set_value(ks, 0.0);
         assert!(table.drop_absent_lobes());
         for language in LANGUAGES {
             let written = |arguments| {
-                let program = Program::new(&expression, &table, arguments, language, &[]).unwrap();
+                let program = Program::new(&expression, &table, arguments, &language.spelling, &[]).unwrap();
                 program.body.statements.len()
             };
             assert_eq!(written(Arguments::Fixed), 0, "{}", language.name);

@@ -21,6 +21,12 @@ pub(crate) enum Level {
 /// How the steps of a formula are spelled in a language.
 #[derive(Clone, Copy)]
 pub(crate) struct Spelling {
+    /// Whether numbers have single precision.
+    pub is_single: bool,
+    /// Whether the language differentiates programs itself.
+    pub differentiates: bool,
+    /// Functions that the language does not have: they are written before the program, as far as it uses them.
+    pub lacks: &'static [Function],
     /// A number.
     pub number: fn(f64) -> String,
     /// A component of a direction, given the name of the vector and the number of the component.

@@ -2,7 +2,6 @@
 
 use super::target::{Holds, Target};
 use super::values::{About, NotHeld};
-use crate::code::Program;
 use crate::model::Expression;
 use crate::parameters::ParameterTable;
 
@@ -20,7 +19,5 @@ fn holds(expression: &Expression, table: &ParameterTable, about: &About<'_>) -> 
     let Some((language, arguments)) = about.code else {
         return Err(NotHeld::Lobe("no language".to_owned()));
     };
-    let program =
-        Program::new(expression, table, arguments, language, &about.lines).map_err(NotHeld::Code)?;
-    Ok(language.write(&program))
+    language.write(expression, table, arguments, &about.lines).map_err(NotHeld::Code)
 }

@@ -5,7 +5,7 @@
 
 use super::target::{Holds, Target, UNSTATED};
 use super::values::{About, NotHeld, Values};
-use crate::code::{Arguments, Language, Level, Program, Spelling, comment, double, python_rows, statements};
+use crate::code::{Arguments, Level, Program, Spelling, comment, double, python_rows, statements};
 use crate::math::recorded::Function;
 use crate::model::Expression;
 use crate::parameters::ParameterTable;
@@ -21,18 +21,10 @@ pub(super) const TARGET: Target = Target {
     caveat: "",
 };
 
-const DRJIT: Language = Language {
-    name: "drjit",
-    summary: "Python with Dr.Jit",
-    extension: "py",
+const SPELLING: Spelling = Spelling {
     is_single: true,
     differentiates: false,
     lacks: &[Function::Erfc, Function::Ln1p],
-    spelling: SPELLING,
-    write,
-};
-
-const SPELLING: Spelling = Spelling {
     number: |value| double(value, "dr.inf", "dr.nan"),
     component: |vector, component| format!("{vector}.{}", ["x", "y", "z"].get(component).unwrap_or(&"x")),
     function,
@@ -60,8 +52,8 @@ fn function(function: Function) -> &'static str {
 fn holds(expression: &Expression, table: &ParameterTable, about: &About<'_>) -> Result<String, NotHeld> {
     let values = Values::new(expression, table, about)?;
     let program =
-        Program::new(expression, table, Arguments::Fixed, &DRJIT, &about.lines).map_err(NotHeld::Code)?;
-    let mut text = DRJIT.write(&program);
+        Program::new(expression, table, Arguments::Fixed, &SPELLING, &about.lines).map_err(NotHeld::Code)?;
+    let mut text = head(&program);
     let outputs: Vec<&str> = values
         .channels()
         .iter()
@@ -111,7 +103,7 @@ fn proposal(lobe: super::values::LobeOf<'_, '_>) -> Option<String> {
 }
 
 /// The file up to the statements of the function, without its result.
-fn write(program: &Program) -> String {
+fn head(program: &Program) -> String {
     let mut text = comment(program, "#");
     text.push_str(
         "#\n# Load this file after mi.set_variant(\"llvm_ad_rgb\") or another variant in RGB, with import or mi-python; then \"type\": \"brdfit\" is a BSDF.\n\

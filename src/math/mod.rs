@@ -6,6 +6,7 @@ mod dual;
 pub(crate) mod elementary;
 mod gamma;
 mod interval;
+mod plain;
 mod quadrature;
 pub(crate) mod recorded;
 mod scalar;

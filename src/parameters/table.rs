@@ -341,6 +341,20 @@ impl ParameterTable {
         }
     }
 
+    /// Creates the table of a model of one channel without a measurement: every parameter is shared, so that no name has a channel.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`], for constraints of the expression.
+    pub fn of_one_channel(expression: &Expression) -> Result<Self, Error> {
+        let names = expression.lobes().iter().flat_map(|lobe| {
+            let own = lobe.parameters().into_iter().filter(|spec| spec.sharing == Sharing::PerChannel);
+            own.map(|spec| format!("{}.{}", lobe.name, spec.name))
+        });
+        let shared = |name: String| Ok((Selector::parse(&name)?, Setting::Shared));
+        let settings: Settings = names.map(shared).collect::<Result<_, Error>>()?;
+        Self::new(expression, &["f".to_owned()], Azimuths::Several, &settings)
+    }
+
     /// What the data tell about the azimuth of the half vector.
     #[must_use]
     pub fn azimuths(&self) -> Azimuths {

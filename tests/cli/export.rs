@@ -136,6 +136,7 @@ fn what_cannot_be_exported_is_refused_in_one_line() {
     let folder = Folder::new();
     paint(&folder);
     folder.write("other.json", "{\"schema\": \"other/1\"}");
+    with_notes(&folder, "evaluate paint.csv -m cook-torrance(d=gtr) -o tabled.json");
     std::fs::create_dir(folder.path("gone")).unwrap();
     folder.write("gone/paint.json", folder.read("paint.json").replace("paint.csv", "elsewhere.csv"));
     folder.write("changed.json", folder.read("paint.json").replacen("\"sha256\": \"", "\"sha256\": \"00", 1));
@@ -144,6 +145,37 @@ fn what_cannot_be_exported_is_refused_in_one_line() {
         &[
             refused("an unknown target", "export paint.json --to unreal", &["unreal", "mitsuba"]),
             refused("no target", "export paint.json", &["--to"]),
+            refused("code in no language", "export paint.json --to code", &["--language"]),
+            refused(
+                "code in an unknown one",
+                "export paint.json --to code --language cobol",
+                &["cobol", "glsl"],
+            ),
+            refused(
+                "a language for a renderer",
+                "export paint.json --to gltf --language c",
+                &["--language", "expected --to code", "found --to gltf"],
+            ),
+            refused(
+                "parameters for a renderer",
+                "export paint.json --to gltf --parameters free",
+                &["--parameters", "expected --to code"],
+            ),
+            refused(
+                "code of a measurement",
+                "export paint.csv --to code --language c",
+                &["paint.csv", "expected a report"],
+            ),
+            refused(
+                "code in other primaries",
+                "export paint.json --to code --language c --primaries rec2020",
+                &["--primaries", "rec709"],
+            ),
+            refused(
+                "a table of free parameters",
+                "export tabled.json --to code --language c --parameters free",
+                &["--parameters free", "makes a table from them", "use --parameters fixed"],
+            ),
             refused("not a report", "export other.json --to gltf", &["other.json", "expected a report"]),
             refused("no such file", "export nothing.json --to gltf", &["nothing.json"]),
             refused(
@@ -224,4 +256,48 @@ fn colours_are_converted_to_the_primaries_that_are_asked_for() {
             refused("unknown primaries", "export paint.csv --to usd --primaries aces", &["acescg"]),
         ],
     );
+}
+
+/// Code says where it comes from, and takes the report's parameters by their names as words.
+#[test]
+fn code_holds_the_report_in_every_language() {
+    let folder = Folder::new();
+    paint(&folder);
+    let report: Value = serde_json::from_str(&folder.read("paint.json")).unwrap();
+    let parameters: Vec<(String, String)> = report["parameters"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| {
+            let [lobe, name] = ["lobe", "name"].map(|key| row[key].as_str().unwrap());
+            let channel = row["channel"].as_str().map_or_else(String::new, |channel| format!("_{channel}"));
+            let word = format!("{}_{name}{channel}", lobe.replace('-', "_"));
+            (word, format!("{:?}", row["value"].as_f64().unwrap()))
+        })
+        .collect();
+    for language in ["python-numpy", "jax", "c", "javascript", "glsl", "wgsl", "osl", "slang"] {
+        let run = with_notes(
+            &folder,
+            &format!("export paint.json --to code --language {language} -o fixed --json"),
+        );
+        let record: Value = serde_json::from_str(&run.stdout).unwrap();
+        assert_eq!((record["target"].as_str(), record["agreement"].as_str()), (Some("code"), Some("exact")));
+        with_notes(
+            &folder,
+            &format!("export paint.json --to code --language {language} --parameters free -o free"),
+        );
+        let (fixed, free) = (folder.read("fixed"), folder.read("free"));
+        for text in [&fixed, &free] {
+            for said in
+                ["paint.csv", "model: lambert + cook-torrance(", "doi:10.1145/357290.357293", "1/sr", "0BSD"]
+            {
+                assert!(text.contains(said), "{language}: {said} in {text}");
+            }
+        }
+        for (word, value) in &parameters {
+            assert!(free.contains(word) && !fixed.contains(word), "{language}: {word}");
+            let is_double = ["python-numpy", "jax", "c", "javascript"].contains(&language);
+            assert!(!is_double || free.contains(value.as_str()), "{language}: {word} = {value} in {free}");
+        }
+    }
 }

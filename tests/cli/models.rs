@@ -45,3 +45,29 @@ fn models_lists_the_zoo() {
     }
     assert!(!text.contains("oren-nayar"));
 }
+
+#[test]
+fn a_model_without_a_report_becomes_code() {
+    let folder = Folder::new();
+    let code = folder.brdfit("models cook-torrance --code c").good().stdout;
+    // For one channel names have no channel, and values are the defaults.
+    assert!(code.contains("{\"cook_torrance_m\", \"cook_torrance_f0\", \"cook_torrance_ks\"}"), "{code}");
+    assert!(code.contains("{0.2, 0.05, 1.0}"), "{code}");
+    // An expression is as good as a name, and fixed parameters are in no argument.
+    let given = "models lambert(kd=0.25)+cook-torrance(d=gtr) --code javascript --parameters fixed";
+    let fixed = folder.brdfit(given).good().stdout;
+    assert!(fixed.contains("model: lambert(kd=0.25) + cook-torrance(d=gtr"), "{fixed}");
+    assert!(fixed.contains("const table1 = [") && !fixed.contains("lambert_kd"), "{fixed}");
+    for (line, words) in [
+        ("models cook-torrance(d=gtr) --code c", ["--parameters free", "use --parameters fixed"]),
+        ("models --code c", ["NAME", "required"]),
+        ("models lambert --code c --json", ["--json", "--code"]),
+        ("models lambert --parameters fixed", ["--code", "required"]),
+        ("models lamber --code c", ["lamber", "lambert"]),
+        ("models lambert --code fortran", ["fortran", "javascript"]),
+    ] {
+        let run = folder.brdfit(line);
+        assert_eq!(run.code, Some(2), "{line}: {run:?}");
+        assert!(words.iter().all(|word| run.stderr.contains(word)), "{line}: {}", run.stderr);
+    }
+}

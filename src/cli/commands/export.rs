@@ -2,7 +2,7 @@
 
 use super::fit::listen_for_interrupts;
 use crate::cli::messages::{emit, remark};
-use crate::cli::options::code::CodeParameters;
+use crate::cli::options::code::{CodeParameters, not_arguments};
 use crate::cli::options::input::{ReadArguments, SampleArguments, measurement_help};
 use crate::cli::options::recorded::{check_measurement, measurement_of, report, the_report};
 use crate::cli::outcome::Outcome;
@@ -10,7 +10,9 @@ use crate::cli::output::{Output, json, spares};
 use crate::cli::progress::Bar;
 use brdfit::Error;
 use brdfit::code::{Arguments as CodeArguments, LANGUAGES, Language, named as language_named};
-use brdfit::export::{About, Agreement, ExportRecord, ModelError, NotHeld, SCHEMA, TARGETS, Target, named};
+use brdfit::export::{
+    About, Agreement, ExportRecord, Holds, ModelError, NotHeld, SCHEMA, TARGETS, Target, named,
+};
 use brdfit::fit::{Fit, Options, evaluate, fit};
 use brdfit::image::{PRIMARIES, Primaries, REC709, Route, ToRgb};
 use brdfit::measurement::Measurement;
@@ -257,7 +259,7 @@ impl Source<'_> {
             fitted,
             exported,
             measurement,
-            primaries: primaries_of(reported.or(model.report.as_ref()), self.primaries),
+            primaries: self.primaries_of(reported.or(model.report.as_ref())),
             clamped: draft.clamped,
             notes,
             report: model.report,
@@ -267,6 +269,18 @@ impl Source<'_> {
         Ok((text, record))
     }
 
+    /// The primaries of the colours, in words.
+    fn primaries_of(&self, report: Option<&Report>) -> String {
+        let channels = report.map_or(&[][..], |report| report.data.channels.as_slice());
+        let is_rgb = ["r", "g", "b"].iter().all(|name| channels.iter().any(|channel| channel == name));
+        match self.target.holds {
+            Holds::Models(_) if channels.len() > 1 && !is_rgb => {
+                "none: the channels are those of the measurement".to_owned()
+            }
+            _ => primaries_of(report, self.primaries),
+        }
+    }
+
     /// What is known before the model is.
     fn about(&self) -> About<'_> {
         About { color_space: self.color_space, code: self.code, ..About::default() }
@@ -274,9 +288,7 @@ impl Source<'_> {
 
     fn not_held(&self, reason: &NotHeld) -> Error {
         match reason {
-            NotHeld::Code(_) => {
-                Error::invalid("--parameters", "parameters that can be arguments", reason.to_string())
-            }
+            NotHeld::Code(_) => not_arguments(reason),
             _ => {
                 Error::invalid("--to", format!("a model that {} holds", self.target.name), reason.to_string())
             }
@@ -347,7 +359,7 @@ fn colour_note(route: Route, measurement: &Measurement, primaries: &Primaries) -
     Some(note.to_owned())
 }
 
-/// The primaries of the colours of a report, in words.
+/// The primaries of the colours of a report of red, green and blue or one channel, in words.
 fn primaries_of(report: Option<&Report>, wanted: &Primaries) -> String {
     let converted = if wanted.are_rec709() {
         String::new()

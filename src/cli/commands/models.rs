@@ -1,11 +1,11 @@
 //! `brdfit models`: lists the models, or writes one as code.
 
 use crate::cli::messages::{emit, say};
-use crate::cli::options::code::CodeParameters;
+use crate::cli::options::code::{CodeParameters, not_arguments};
 use crate::cli::outcome::Outcome;
 use crate::cli::output::json;
 use brdfit::Error;
-use brdfit::code::{Arguments as CodeArguments, LANGUAGES, Language, Program, named};
+use brdfit::code::{Arguments as CodeArguments, LANGUAGES, Language, named};
 use brdfit::error::NameKind;
 use brdfit::lines::{Lines, Role as LineRole};
 use brdfit::model::{AnyModel, Expression, ModelEntry, ParamSpec, REGISTRY, Role, Sharing};
@@ -99,10 +99,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Error> {
 fn code(model: &str, language: &Language, how: CodeArguments) -> Result<String, Error> {
     let expression: Expression = model.parse()?;
     let about = [format!("brdfit {}", env!("CARGO_PKG_VERSION"))];
-    let program = Program::of_one_channel(&expression, how, language, &about)?;
-    Ok(language.write(&program.map_err(|reason| {
-        Error::invalid("--parameters", "parameters that can be arguments", reason.to_string())
-    })?))
+    let written = language.write_for_one_channel(&expression, how, &about)?;
+    written.map_err(|reason| not_arguments(&reason))
 }
 
 fn record(entry: &ModelEntry) -> ModelRecord {

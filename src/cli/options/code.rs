@@ -1,5 +1,6 @@
 //! How models are written as code.
 
+use brdfit::Error;
 use brdfit::code::Arguments;
 use clap::ValueEnum;
 
@@ -19,4 +20,10 @@ impl From<CodeParameters> for Arguments {
             CodeParameters::Free => Self::Free,
         }
     }
+}
+
+/// That a model cannot take its parameters as arguments.
+pub fn not_arguments(reason: &impl ToString) -> Error {
+    let found = format!("{}; use --parameters fixed", reason.to_string());
+    Error::invalid("--parameters free", "a model whose parameters can be arguments", found)
 }

@@ -9,14 +9,14 @@ pub(crate) const LANGUAGE: Language = Language {
     name: "c",
     summary: "C11: void brdf(wi, wo, parameters, out), in double precision",
     extension: "c",
-    is_single: false,
-    differentiates: false,
-    lacks: &[],
     spelling: SPELLING,
     write,
 };
 
 const SPELLING: Spelling = Spelling {
+    is_single: false,
+    differentiates: false,
+    lacks: &[],
     number: |value| double(value, "INFINITY", "NAN"),
     component: element,
     function,

@@ -7,14 +7,14 @@ pub(crate) const LANGUAGE: Language = Language {
     name: "glsl",
     summary: "GLSL ES 3.00 (WebGL 2): brdf(wi, wo, parameters), in single precision",
     extension: "glsl",
-    is_single: true,
-    differentiates: false,
-    lacks: LACKS,
     spelling: SPELLING,
     write: |program| write(program, &DIALECT),
 };
 
 const SPELLING: Spelling = Spelling {
+    is_single: true,
+    differentiates: false,
+    lacks: LACKS,
     number,
     component,
     function,

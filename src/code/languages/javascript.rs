@@ -9,14 +9,14 @@ pub(crate) const LANGUAGE: Language = Language {
     name: "javascript",
     summary: "JavaScript: a module that exports brdf(wi, wo, parameters)",
     extension: "mjs",
-    is_single: false,
-    differentiates: false,
-    lacks: &[Function::Erfc],
     spelling: SPELLING,
     write,
 };
 
 const SPELLING: Spelling = Spelling {
+    is_single: false,
+    differentiates: false,
+    lacks: &[Function::Erfc],
     number: |value| double(value, "Infinity", "NaN"),
     component: element,
     function,

@@ -10,14 +10,14 @@ pub(crate) const LANGUAGE: Language = Language {
     name: "jax",
     summary: "Python with JAX: f(wi, wo, **parameters), which can be differentiated",
     extension: "py",
-    is_single: false,
-    differentiates: true,
-    lacks: &[],
     spelling: SPELLING,
     write,
 };
 
 const SPELLING: Spelling = Spelling {
+    is_single: false,
+    differentiates: true,
+    lacks: &[],
     number: |value| double(value, "jnp.inf", "jnp.nan"),
     component: |vector, component| format!("{vector}[:, {component}]"),
     function,

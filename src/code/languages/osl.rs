@@ -10,14 +10,14 @@ pub(crate) const LANGUAGE: Language = Language {
     name: "osl",
     summary: "Open Shading Language: a function, and a shader whose output is f, in single precision",
     extension: "osl",
-    is_single: true,
-    differentiates: false,
-    lacks: &[Function::Ln1p],
     spelling: SPELLING,
     write,
 };
 
 const SPELLING: Spelling = Spelling {
+    is_single: true,
+    differentiates: false,
+    lacks: &[Function::Ln1p],
     number,
     component: element,
     function,

@@ -9,14 +9,14 @@ pub(crate) const LANGUAGE: Language = Language {
     name: "python-numpy",
     summary: "Python with NumPy: f(wi, wo, **parameters)",
     extension: "py",
-    is_single: false,
-    differentiates: false,
-    lacks: &[Function::Erfc],
     spelling: SPELLING,
     write,
 };
 
 const SPELLING: Spelling = Spelling {
+    is_single: false,
+    differentiates: false,
+    lacks: &[Function::Erfc],
     number: |value| double(value, "np.inf", "np.nan"),
     component: |vector, component| format!("{vector}_{}", ["x", "y", "z"].get(component).unwrap_or(&"x")),
     function,

@@ -8,14 +8,14 @@ pub(crate) const LANGUAGE: Language = Language {
     name: "slang",
     summary: "Slang: brdf(wi, wo, parameters), in single precision",
     extension: "slang",
-    is_single: true,
-    differentiates: false,
-    lacks: LACKS,
     spelling: SPELLING,
     write: |program| write(program, &DIALECT),
 };
 
 const SPELLING: Spelling = Spelling {
+    is_single: true,
+    differentiates: false,
+    lacks: LACKS,
     number,
     component,
     function,
