@@ -25,11 +25,22 @@ pub(crate) struct Body {
 struct Text {
     text: String,
     level: Level,
+    /// What it is the negative of, as a term of a sum: x + (-y) is x - y to the last bit.
+    negative_of: Option<String>,
 }
 
 impl Text {
+    fn new(text: String, level: Level) -> Self {
+        Self { text, level, negative_of: None }
+    }
+
     fn whole(text: String) -> Self {
-        Self { text, level: Level::Whole }
+        Self::new(text, Level::Whole)
+    }
+
+    fn negative(of: &Self) -> Self {
+        let text = format!("-{}", of.at(Level::Whole));
+        Self { text, level: Level::Sign, negative_of: Some(of.at(Level::Product)) }
     }
 
     /// The text, in parentheses if it is looser than `level`.
@@ -129,9 +140,8 @@ struct Writer<'a> {
 impl Writer<'_> {
     fn operand(&self, operand: Operand) -> Text {
         let number = |value: f64| {
-            let text = (self.spelling.number)(value);
-            let level = if text.starts_with('-') { Level::Sign } else { Level::Whole };
-            Text { text, level }
+            let whole = |value: f64| Text::whole((self.spelling.number)(value));
+            if value.is_sign_negative() { Text::negative(&whole(-value)) } else { whole(value) }
         };
         match operand {
             Operand::Constant(value) => number(value),
@@ -149,27 +159,8 @@ impl Writer<'_> {
         let inside = |operand: Operand| self.operand(operand).text;
         match *step {
             Step::Input(index) => Text::whole(inputs.get(index).cloned().unwrap_or_default()),
-            Step::Negative(a) => Text { text: format!("-{}", at(a, Level::Whole)), level: Level::Sign },
-            Step::Arithmetic(operator, [a, b]) => {
-                // Operations of one level are done from the left in every language, and must be in this order to round the same.
-                let (sign, level, right) = match operator {
-                    Operator::Sum => ("+", Level::Sum, Level::Product),
-                    Operator::Difference => ("-", Level::Sum, Level::Product),
-                    Operator::Product => ("*", Level::Product, Level::Whole),
-                    Operator::Quotient => ("/", Level::Product, Level::Whole),
-                };
-                // A sign in front of a product is done last in some languages.
-                let first = if level == Level::Product {
-                    let text = self.operand(a);
-                    if text.level == Level::Sign { text.at(Level::Whole) } else { text.at(level) }
-                } else {
-                    at(a, level)
-                };
-                let second = self.operand(b);
-                let second =
-                    if second.level == Level::Sign { second.at(Level::Whole) } else { second.at(right) };
-                Text { text: format!("{first} {sign} {second}"), level }
-            }
+            Step::Negative(a) => Text::negative(&self.operand(a)),
+            Step::Arithmetic(operator, [a, b]) => arithmetic(operator, &self.operand(a), &self.operand(b)),
             Step::Call(function, [a, b]) => {
                 let arguments = match function {
                     Function::Atan2 => format!("{}, {}", inside(a), inside(b)),
@@ -180,7 +171,7 @@ impl Writer<'_> {
             Step::Choice { less: [a, b], then, otherwise } => {
                 let [a, b, then, otherwise] = [a, b, then, otherwise].map(|operand| at(operand, Level::Sum));
                 let (text, level) = choice([&a, &b, &then, &otherwise]);
-                Text { text, level }
+                Text::new(text, level)
             }
             Step::Cell { place, last } => Text::whole(cell_of(&inside(place), last)),
             Step::Entry { table, cell, below, column } => {
@@ -188,6 +179,25 @@ impl Writer<'_> {
                 Text::whole(entry(table, &inside(cell), below, column, columns))
             }
             Step::Held(a) => Text::whole(held(&inside(a))),
+        }
+    }
+}
+
+/// Two texts joined by an operation. Operations of one level are done from the left in every language; in another order they could round
+/// otherwise.
+fn arithmetic(operator: Operator, a: &Text, b: &Text) -> Text {
+    let sum =
+        |first: String, sign: &str, second: &str| Text::new(format!("{first} {sign} {second}"), Level::Sum);
+    match (operator, &a.negative_of, &b.negative_of) {
+        (Operator::Sum, _, Some(b)) => sum(a.at(Level::Sum), "-", b),
+        (Operator::Sum, Some(a), None) => sum(b.at(Level::Sum), "-", a),
+        (Operator::Sum, None, None) => sum(a.at(Level::Sum), "+", &b.at(Level::Product)),
+        (Operator::Difference, _, Some(b)) => sum(a.at(Level::Sum), "+", b),
+        (Operator::Difference, _, None) => sum(a.at(Level::Sum), "-", &b.at(Level::Product)),
+        (Operator::Product | Operator::Quotient, _, _) => {
+            let sign = if operator == Operator::Product { "*" } else { "/" };
+            let text = format!("{} {sign} {}", a.at(Level::Product), b.at(Level::Whole));
+            Text::new(text, Level::Product)
         }
     }
 }

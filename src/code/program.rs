@@ -365,9 +365,13 @@ mod tests {
         assert_eq!(text(|[a, b, c]| a / b / c), "a / b / c");
         assert_eq!(text(|[a, b, c]| a / (b * c)), "a / (b * c)");
         assert_eq!(text(|[a, b, c]| (a + b) * c), "(a + b) * c");
-        assert_eq!(text(|[a, b, c]| -(a * b) - -c), "-(a * b) - (-c)");
-        assert_eq!(text(|[a, b, _]| (-a) * b), "(-a) * b");
-        assert_eq!(text(|[a, b, _]| a.plus(-0.5) * b.times(-2.0)), "(a + (-0.5)) * (b * (-2.0))");
+        assert_eq!(text(|[a, b, c]| -(a * b) - -c), "-(a * b) + c");
+        assert_eq!(text(|[a, b, _]| (-a) * b), "-a * b");
+        assert_eq!(text(|[a, b, _]| -(a + b)), "-(a + b)");
+        assert_eq!(text(|[a, b, c]| (-(a + b)).plus(1.0) - c), "1.0 - (a + b) - c");
+        assert_eq!(text(|[a, b, c]| -a + (b - c)), "b - c - a");
+        assert_eq!(text(|[a, b, c]| a + -(b * c)), "a - b * c");
+        assert_eq!(text(|[a, b, _]| a.plus(-0.5) * b.times(-2.0)), "(a - 0.5) * (b * (-2.0))");
         let nested =
             |[a, b, c]: [Recorded; 3]| Recorded::if_less(a, b + c, c, Recorded::if_less(b, c, a, -b));
         assert_eq!(text(nested), "a < b + c ? c : (b < c ? a : -b)");

@@ -1,8 +1,8 @@
 //! Open Shading Language: a function, and a shader that calls it.
 
-use super::shader::{self, number};
+use super::shader;
 use super::text::{comment, flat, statements};
-use crate::code::{Language, Program, Spelling, element, ternary};
+use crate::code::{Language, Program, Spelling, element};
 use crate::math::recorded::Function;
 use std::fmt::Write as _;
 
@@ -14,29 +14,12 @@ pub(crate) const LANGUAGE: Language = Language {
     write,
 };
 
-const SPELLING: Spelling = Spelling {
-    is_single: true,
-    differentiates: false,
-    lacks: &[Function::Ln1p],
-    number,
-    component: element,
-    function,
-    native: function,
-    choice: ternary,
-    cell: |place, last| format!("({place} > 0.0 ? floor(min({place}, {last}.0)) : 0.0)"),
-    entry: |table, cell, below, column, columns| {
-        format!("table_{table}[{columns} * int({cell}) + {}]", below * columns + column, table = table + 1)
-    },
-    held: str::to_owned,
-};
+const SPELLING: Spelling =
+    Spelling { lacks: &[Function::Ln1p], component: element, function: native, native, ..shader::SPELLING };
 
-fn function(function: Function) -> &'static str {
-    match function {
-        Function::Atan2 => "atan2",
-        Function::Erfc => "erfc",
-        Function::Ln => "log",
-        other => shader::function(other),
-    }
+/// It has the functions of C, apart from log1p.
+fn native(function: Function) -> &'static str {
+    if function == Function::Erfc { "erfc" } else { shader::native(function) }
 }
 
 fn write(program: &Program) -> String {
@@ -45,7 +28,7 @@ fn write(program: &Program) -> String {
     let mut text = comment(program, "//");
     for (lacking, body) in &program.helpers {
         let statements = statements(body, "    ", constant);
-        let (name, output) = (function(*lacking), body.outputs.join(", "));
+        let (name, output) = (native(*lacking), body.outputs.join(", "));
         let _ = write!(text, "\nfloat {name}(float x)\n{{\n{statements}    return {output};\n}}\n");
     }
     let parameters: String = program.arguments.iter().map(|a| format!(", float {}", a.word)).collect();
@@ -69,7 +52,15 @@ fn write(program: &Program) -> String {
     let inputs: String = program
         .arguments
         .iter()
-        .map(|a| format!("    float {} = {},  // {} ({})\n", a.word, number(a.default), a.summary, a.unit))
+        .map(|a| {
+            format!(
+                "    float {} = {},  // {} ({})\n",
+                a.word,
+                (SPELLING.number)(a.default),
+                a.summary,
+                a.unit
+            )
+        })
         .collect();
     let words: String = program.arguments.iter().map(|argument| format!(", {}", argument.word)).collect();
     let _ = write!(

@@ -2,19 +2,39 @@
 
 use super::text::{comment, flat, statements};
 use crate::code::spelling::single;
-use crate::code::{Program, Spelling};
+use crate::code::{Program, Spelling, ternary};
 use crate::math::recorded::Function;
 use std::fmt::Write as _;
 
+/// How steps are spelled where nothing is special.
+pub(super) const SPELLING: Spelling = Spelling {
+    is_single: true,
+    differentiates: false,
+    // A graphics processor's own logarithm has no relative accuracy near 1.
+    lacks: &[Function::Erfc, Function::Ln1p, Function::Ln],
+    number,
+    component: |vector, component| format!("{vector}.{}", ["x", "y", "z"].get(component).unwrap_or(&"x")),
+    function,
+    native,
+    choice: ternary,
+    cell: |place, last| format!("({place} > 0.0 ? floor(min({place}, {last}.0)) : 0.0)"),
+    entry: |table, cell, below, column, columns| {
+        entry(table, &format!("int({cell})"), below * columns + column, columns)
+    },
+    held: str::to_owned,
+};
+
 /// A number, by the shortest text that gives the same float. These languages have no name for infinity: there the largest number stands.
-pub(super) fn number(value: f64) -> String {
+fn number(value: f64) -> String {
     single(value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)), "", "0.0")
 }
 
-/// Functions that shading languages lack, or promise too little accuracy of.
-pub(super) const LACKS: &[Function] = &[Function::Erfc, Function::Ln1p, Function::Ln];
+/// An entry of a table that lies in one array, from the cell as an integer.
+pub(super) fn entry(table: usize, cell: &str, place: usize, columns: usize) -> String {
+    format!("table_{}[{columns} * {cell} + {place}]", table + 1)
+}
 
-pub(super) fn function(function: Function) -> &'static str {
+fn function(function: Function) -> &'static str {
     match function {
         Function::Exp => "exp",
         Function::Ln => "brdf_log",
@@ -22,7 +42,7 @@ pub(super) fn function(function: Function) -> &'static str {
         Function::Sqrt => "sqrt",
         Function::Sin => "sin",
         Function::Erfc => "brdf_erfc",
-        Function::Atan2 => "atan",
+        Function::Atan2 => "atan2",
     }
 }
 
@@ -31,48 +51,36 @@ pub(super) fn native(named: Function) -> &'static str {
     if named == Function::Ln { "log" } else { function(named) }
 }
 
-/// A component of a vector.
-pub(super) fn component(vector: &str, component: usize) -> String {
-    format!("{vector}.{}", ["x", "y", "z"].get(component).unwrap_or(&"x"))
-}
-
 /// How a shading language declares things.
-pub(super) struct Dialect<'a> {
-    pub spelling: &'a Spelling,
+pub(super) struct Dialect {
+    pub spelling: Spelling,
     /// The type of a number.
     pub float: &'static str,
-    /// The type of several numbers: a vector or an array.
-    pub vector: fn(usize) -> String,
-    /// A constant inside a function, given its name and value.
-    pub statement: fn(&str, &str) -> String,
+    /// The type of so many numbers: a vector or an array.
+    pub several: fn(usize) -> String,
+    /// A declaration, given a type and a name.
+    pub declared: fn(&str, &str) -> String,
+    /// What stands before the declaration of a constant inside a function.
+    pub constant: &'static str,
+    /// The head of a function, given the type of its result and its name with its arguments.
+    pub function: fn(&str, &str) -> String,
+    /// What ends a field of a structure, and what ends the structure.
+    pub ends: [&'static str; 2],
+    /// A constant with the default values of the parameters, given these.
+    pub defaults: fn(&str) -> String,
     /// A table, given its number, its entries and how many they are.
     pub table: fn(usize, &str, usize) -> String,
-    /// The head of a function of one number x with this name.
-    pub helper: fn(&str) -> String,
-    /// The head of the function of the model, given its result's type and whether it has parameters.
-    pub head: fn(&str, bool) -> String,
-    /// The structure of the parameters and a constant with their default values, from names, values and meanings.
-    pub structure: fn(&[(String, String, String)]) -> String,
     /// A result of several channels, given its type and their values.
     pub result: fn(&str, &[String]) -> String,
 }
 
-/// The type of a result with so many channels: a number, a vector or an array.
-pub(super) fn result_type(dialect: &Dialect, channels: usize) -> String {
-    if channels == 1 { dialect.float.to_owned() } else { (dialect.vector)(channels) }
-}
-
 /// Writes the whole file.
 pub(super) fn write(program: &Program, dialect: &Dialect) -> String {
-    let Dialect { spelling, statement, .. } = *dialect;
+    let Dialect { spelling, float, declared, constant, .. } = dialect;
+    let statement = |name: &str, value: &str| format!("{constant}{} = {value};", declared(float, name));
     let mut text = comment(program, "//");
-    let given: Vec<(String, String, String)> = program
-        .arguments
-        .iter()
-        .map(|a| (a.word.clone(), (spelling.number)(a.default), format!("{} ({})", a.summary, a.unit)))
-        .collect();
-    if !given.is_empty() {
-        let _ = write!(text, "\n{}", (dialect.structure)(&given));
+    if !program.arguments.is_empty() {
+        text += &structure(program, dialect);
     }
     for (index, table) in &program.tables {
         let count = table.iter().map(Vec::len).sum();
@@ -80,26 +88,44 @@ pub(super) fn write(program: &Program, dialect: &Dialect) -> String {
     }
     for (lacking, body) in &program.helpers {
         let statements = statements(body, "    ", statement);
-        let head = (dialect.helper)(function(*lacking));
+        let head = (dialect.function)(float, &format!("{}({})", function(*lacking), declared(float, "x")));
         let _ = write!(text, "\n{head} {{\n{statements}    return {};\n}}\n", body.outputs.join(", "));
     }
-    let result = result_type(dialect, program.channels.len());
-    let head = (dialect.head)(&result, !given.is_empty());
-    let channels = program.channels.join(", ");
+    let outputs = &program.body.outputs;
+    let result = if outputs.len() == 1 { (*float).to_owned() } else { (dialect.several)(outputs.len()) };
+    let mut arguments = ["wi", "wo"].map(|name| declared(&(dialect.several)(3), name)).to_vec();
+    if !program.arguments.is_empty() {
+        arguments.push(declared("BrdfParameters", "parameters"));
+    }
+    let head = (dialect.function)(&result, &format!("brdf({})", arguments.join(", ")));
     let _ = write!(
         text,
-        "\n// f in 1/sr of the channels {channels}. wi, wo: unit vectors to the light and to the viewer; the normal is (0, 0, 1).\n{head} {{\n"
+        "\n// f in 1/sr of the channels {}. wi, wo: unit vectors to the light and to the viewer; the normal is (0, 0, 1).\n{head} {{\n",
+        program.channels.join(", ")
     );
-    for (word, ..) in &given {
-        let _ = writeln!(text, "    {}", statement(word, &format!("parameters.{word}")));
+    for argument in &program.arguments {
+        let _ = writeln!(text, "    {}", statement(&argument.word, &format!("parameters.{}", argument.word)));
     }
     text += &statements(&program.body, "    ", statement);
-    let outputs = &program.body.outputs;
     let value = match outputs.as_slice() {
         [one] => one.clone(),
         several => (dialect.result)(&result, several),
     };
     let _ = write!(text, "    return {value};\n}}\n");
+    text
+}
+
+/// The structure of the parameters, and their default values.
+fn structure(program: &Program, dialect: &Dialect) -> String {
+    let [end_of_field, end] = dialect.ends;
+    let mut text = "\nstruct BrdfParameters {\n".to_owned();
+    for argument in &program.arguments {
+        let field = (dialect.declared)(dialect.float, &argument.word);
+        let _ = writeln!(text, "    {field}{end_of_field}  // {} ({})", argument.summary, argument.unit);
+    }
+    let values: Vec<String> =
+        program.arguments.iter().map(|argument| (dialect.spelling.number)(argument.default)).collect();
+    let _ = write!(text, "{end}\n\n{}\n", (dialect.defaults)(&values.join(", ")));
     text
 }
 
