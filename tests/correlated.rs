@@ -336,3 +336,35 @@ fn default_intervals_hold_the_truth_a_thousand_times() {
     }
     assert!(missed.is_empty(), "{missed:#?}");
 }
+
+/// The width and the exponent of GTR make up for each other along a bent valley. No linear model sees how far fits of other samples go there;
+/// the errors must.
+#[test]
+fn errors_see_a_valley_between_two_shapes() {
+    let expression =
+        Expression::parse("lambert(kd=0.3) + cook-torrance(d=gtr, m=0.3, gamma=3, f0=0.05)").unwrap();
+    let truth =
+        ParameterTable::new(&expression, &["y".to_owned()], Azimuths::Several, &Settings::new()).unwrap();
+    let (layout, mut rng) = (Layout::Table(12), Pcg64Mcg::seed_from_u64(7));
+    let pairs = table(12);
+    let drawn = errors(layout, Errors::Range(15.0), &pairs, &mut rng);
+    let mut data = measurement(&expression, &truth, Directions::Scattered(pairs), Noise::default(), 0);
+    data.values[0].iter_mut().zip(&drawn).for_each(|(value, error)| *value *= 1.0 + RELATIVE * error);
+    let fitted = |model: &str, uncertainty| {
+        let options = Options::default().with_uncertainty(uncertainty);
+        let quiet: Arc<dyn Progress> = Arc::new(Quiet);
+        fit(&data, &Expression::parse(model).unwrap(), &options, &quiet).unwrap()
+    };
+    let refits = |fit: &Fit| fit.covariance.as_ref().and_then(|c| c.grouping).and_then(|g| g.refits);
+    let model = "lambert + cook-torrance(d=gtr)";
+    let [clustered, bootstrap] =
+        [Uncertainty::Clustered, Uncertainty::BlockBootstrap].map(|uncertainty| fitted(model, uncertainty));
+    assert_eq!(refits(&clustered), Some(200), "{:?}", clustered.covariance);
+    for name in ["cook-torrance.m", "cook-torrance.gamma"] {
+        let [ours, theirs] =
+            [&clustered, &bootstrap].map(|fit| fit.parameter(name).unwrap().std_error.unwrap());
+        assert!((0.85..1.5).contains(&(ours / theirs)), "{name}: {ours} against {theirs}");
+    }
+    // A single shape has no other to make up for.
+    assert_eq!(refits(&fitted("lambert + cook-torrance", Uncertainty::Clustered)), None);
+}

@@ -292,11 +292,14 @@ pub struct GroupingRecord {
     pub width_deg: Option<f64>,
     /// Number of groups.
     pub groups: usize,
+    /// Number of repeated fits whose scatter the standard errors have, because the cost is no parabola; null if none were needed.
+    #[serde(default)]
+    pub refits: Option<usize>,
 }
 
 impl From<Grouping> for GroupingRecord {
-    fn from(Grouping { kind, width_deg, groups }: Grouping) -> Self {
-        Self { kind: kind.into(), width_deg, groups }
+    fn from(Grouping { kind, width_deg, groups, refits }: Grouping) -> Self {
+        Self { kind: kind.into(), width_deg, groups, refits }
     }
 }
 

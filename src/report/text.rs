@@ -260,7 +260,7 @@ fn profiles(text: &mut Lines, report: &Report) -> std::fmt::Result {
 
 /// The groups of samples that err together, in words.
 fn grouping(grouping: Option<&GroupingRecord>) -> String {
-    let Some(GroupingRecord { kind, width_deg, groups }) = grouping else { return "groups".to_owned() };
+    let Some(GroupingRecord { kind, width_deg, groups, .. }) = grouping else { return "groups".to_owned() };
     match (kind.known(), width_deg) {
         (Some(ClusterKind::Incidence), _) => format!("{groups} angles of incidence"),
         (Some(ClusterKind::IncidenceRange), _) => format!("{groups} ranges of the angle of incidence"),
@@ -290,7 +290,12 @@ fn errors(text: &mut Lines, report: &Report) -> std::fmt::Result {
             let n = resampling.theta_i_deg.len();
             format!("block bootstrap over {n} {groups}, {} replicates", resampling.replicates)
         }
-        (Some(Method::Clustered), _) => format!("clustered by {}", grouping(report.fit.grouping.as_ref())),
+        (Some(Method::Clustered), _) => {
+            let refits = report.fit.grouping.as_ref().and_then(|grouping| grouping.refits);
+            let raised = refits
+                .map_or_else(String::new, |refits| format!(", raised to the scatter of {refits} refits"));
+            format!("clustered by {}{raised}", grouping(report.fit.grouping.as_ref()))
+        }
         (Some(Method::Sandwich), _) => "sandwich: independent samples, each with its own noise".to_owned(),
         (Some(Method::Absolute), _) => "from the given sigma: independent samples".to_owned(),
         _ => "none".to_owned(),

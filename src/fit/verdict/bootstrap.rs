@@ -39,16 +39,16 @@ pub struct Resampled {
 }
 
 /// Number of repeated fits. With this many, the standard error of a standard error is 5 %.
-const REPLICATES: usize = 200;
+pub(super) const REPLICATES: usize = 200;
 /// Least number of repeated fits; fewer say nothing about the ends of an interval.
 const FEWEST_REPLICATES: usize = 50;
 /// Least number of groups: fewer can be drawn in too few ways.
 const FEWEST_GROUPS: usize = 5;
 /// Tolerances of each fit. It begins close to its minimum, and its last step is far below the spread between fits.
-const LOOSE: Tolerances = Tolerances { step: 1e-5, cost: 1e-6, gradient: 1e-6, refinements: 0 };
+pub(super) const LOOSE: Tolerances = Tolerances { step: 1e-5, cost: 1e-6, gradient: 1e-6, refinements: 0 };
 /// Largest number of iterations. Fits that take more are creeping along a valley. They count with the values they have
 /// reached, because without them the errors would come out too small.
-const ITERATIONS: u64 = 20;
+pub(super) const ITERATIONS: u64 = 20;
 /// Number of fits that run at once. It affects neither which fits are made nor their results.
 const AT_ONCE: usize = 20;
 /// Makes the draw of factors differ from the other draws with the same seed.
@@ -144,7 +144,7 @@ pub(in crate::fit) fn resample(
 
 /// The number of times each of `n` groups is drawn, for each replicate. What is not accepted, because it would leave a channel without
 /// values, is drawn again.
-fn draws(n: usize, seed: u64, accepted: impl Fn(&[usize]) -> bool) -> Vec<Vec<usize>> {
+pub(super) fn draws(n: usize, seed: u64, accepted: impl Fn(&[usize]) -> bool) -> Vec<Vec<usize>> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ BOOTSTRAP_STREAM);
     let mut one = || {
         let mut times = vec![0; n];
@@ -256,6 +256,11 @@ impl Resampled {
         let entries = BlockMatrix::products(DMatrix::from_columns(&columns));
         Covariance { method: Method::BlockBootstrap, entries, ..formula }
     }
+}
+
+/// The standard deviation of values, estimated without bias of its square.
+pub(super) fn standard_deviation(values: &[f64]) -> f64 {
+    covariance(values, values).sqrt()
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -66,6 +66,8 @@ pub struct Grouping {
     pub width_deg: Option<f64>,
     /// Number of groups.
     pub groups: usize,
+    /// Number of repeated fits whose scatter the errors have; `None` if the cost is a parabola, so that none were needed.
+    pub refits: Option<usize>,
 }
 
 /// What the covariance is made from.
@@ -329,6 +331,20 @@ impl Covariance {
         self.entries = scale(&self.entries);
         self.unbounded.entries = scale(&self.unbounded.entries);
         self.half_intervals.fill(half_interval_of_student(dof));
+        self
+    }
+
+    /// The same with each standard error multiplied by a factor, which `refits` repeated fits gave.
+    pub(super) fn widened(mut self, factors: &[f64], refits: usize) -> Self {
+        assert_eq!(factors.len(), self.rows.len(), "a factor per row");
+        let of_row = |row: &usize| self.rows.binary_search(row).map_or(1.0, |i| factors[i]);
+        let of_unbounded =
+            DVector::from_iterator(self.unbounded.rows.len(), self.unbounded.rows.iter().map(of_row));
+        self.unbounded.entries = self.unbounded.entries.in_units(&of_unbounded);
+        self.entries = self.entries.in_units(&DVector::from_column_slice(factors));
+        if let Some(grouping) = &mut self.grouping {
+            grouping.refits = Some(refits);
+        }
         self
     }
 

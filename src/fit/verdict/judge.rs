@@ -207,6 +207,8 @@ impl Task<'_> {
         let curvature =
             if grouped || self.options.scale_error.is_some() { self.curvature(reached) } else { Vec::new() };
         let clustered = if grouped { self.clustered(reached, &curvature) } else { None };
+        let clustered =
+            clustered.map(|covariance| self.as_refits_scatter(covariance, table, problem.objective()));
         let mut covariance = clustered.or_else(|| self.formula(reached))?;
         if let Some(scale_error) = self.options.scale_error {
             let error = self.common_error(scale_error, reached, &curvature);
@@ -243,7 +245,7 @@ impl Task<'_> {
             let sums = reached.problem.group_sums(&reached.solution.x, groups, &of_sample);
             let rows = GroupedRows { sums: &sums, curvature };
             let scatter: Option<&dyn Fn(&Arrow) -> Linearisation> = compares.then_some(&scatter);
-            let noise = Noise::Groups(Grouping { kind, width_deg, groups }, rows, scatter);
+            let noise = Noise::Groups(Grouping { kind, width_deg, groups, refits: None }, rows, scatter);
             let found = reached.covariance(Method::Clustered, &noise)?;
             if found.decided_by_one.is_empty() {
                 return Some(found);

@@ -14,6 +14,7 @@ mod judge;
 pub(super) mod misfit;
 pub(super) mod profile;
 pub(super) mod profiled_interval;
+mod refits;
 pub(super) mod result;
 mod saturation;
 mod unresolved;
