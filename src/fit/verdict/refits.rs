@@ -23,8 +23,12 @@ use crate::solver::{Linearisation, Termination, minimise};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// Number of samples of the part.
+/// Largest number of samples of the part.
 const SAMPLES: usize = 3000;
+/// Number of values that all repeated fits may have together, which limits how many there are for many channels.
+const VALUES: usize = 2_000_000;
+/// Least number of repeated fits. With so few, the standard error of a standard error is 10 %.
+const FEWEST: usize = 50;
 /// Least number of free shapes between which a valley can lie.
 const FEWEST_SHAPES: usize = 2;
 /// A standard error is multiplied if that makes it at least this many times as large: twice the error of what 200 fits say.
@@ -50,19 +54,19 @@ impl Task<'_> {
         objective: Objective,
     ) -> Covariance {
         match self.excess(&covariance, table, objective) {
-            Some(factors) => covariance.widened(&factors, REPLICATES),
+            Some((factors, refits)) => covariance.widened(&factors, refits),
             None => covariance,
         }
     }
 
-    /// How many times as far as the linear model says fits scatter in each parameter, and 1 where that is about as far; `None` if it is so in all
-    /// of them, or if too many fits fail.
+    /// How many times as far as the linear model says fits scatter in each parameter, and 1 where that is about as far, with the number of fits;
+    /// `None` if it is so in all of them, or if too many fits fail.
     fn excess(
         &self,
         covariance: &Covariance,
         table: &ParameterTable,
         objective: Objective,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<(Vec<f64>, usize)> {
         let grouping = covariance.grouping?;
         let shapes = table.free_rows().filter(|row| row.spec.role == Role::Shape).count();
         if shapes < FEWEST_SHAPES {
@@ -99,12 +103,14 @@ impl Task<'_> {
         };
         let all: Vec<Option<f64>> = covariance.rows.iter().map(excess).collect();
         let any = all.iter().any(Option::is_some);
-        any.then(|| all.into_iter().map(|excess| excess.unwrap_or(1.0)).collect())
+        any.then(|| (all.into_iter().map(|excess| excess.unwrap_or(1.0)).collect(), fits.len()))
     }
 
     /// The fits of the part with its groups drawn as the block bootstrap draws them; `None` if too many fail.
     fn refits(&self, part: &Part) -> Option<Vec<ParameterTable>> {
-        let draws = draws(part.clusters.groups, self.options.seed, |_| true);
+        let mut draws = draws(part.clusters.groups, self.options.seed, |_| true);
+        let values = part.samples.len() * part.samples.values.len();
+        draws.truncate((VALUES / values.max(1)).clamp(FEWEST, REPLICATES));
         let fits: Vec<ParameterTable> =
             draws.par_iter().filter_map(|times| self.refit(part, times)).collect();
         (count(draws.len() - fits.len()) <= MOST_FAILED * count(draws.len())).then_some(fits)
