@@ -191,19 +191,29 @@ impl Task<'_> {
         if self.is_stopped() {
             return Ok(None);
         }
-        let limits = self.limits(ITERATIONS, None);
         assert_eq!(times.len(), groups.len(), "number of groups");
-        let kept = groups.samples_of(|group| times[group] > 0);
-        let mut drawn = self.samples.at(&kept);
+        let mut drawn = counted(self.samples, |sample| times[groups.of_sample[sample]]);
         if self.options.scale_error.is_some() {
             drawn = drawn.scaled(factors);
         }
-        for (weight, sample) in drawn.weights.iter_mut().zip(&kept) {
-            *weight *= count(times[groups.of_sample[*sample]]);
-        }
-        let problem = self.problem(&self.observe(&drawn), table.clone(), objective);
+        let found = self.fit_again(&drawn, objective, table)?;
+        Ok(found.map(|(found, cost)| {
+            let values = found.free_rows().map(|row| row.value).collect();
+            Repeated { values, cost }
+        }))
+    }
+
+    /// The parameters and the cost of a fit of samples that were drawn, from the optimum of all; `None` if it was stopped or its cost is not
+    /// finite.
+    pub(super) fn fit_again(
+        &self,
+        drawn: &Samples,
+        objective: Objective,
+        table: &ParameterTable,
+    ) -> Result<Option<(ParameterTable, f64)>, Error> {
+        let problem = self.problem(&self.observe(drawn), table.clone(), objective);
         let start = DVector::from_vec(table.coordinates());
-        let solution = minimise(&problem, start, LOOSE, limits)?;
+        let solution = minimise(&problem, start, LOOSE, self.limits(ITERATIONS, None))?;
         let stopped = [Termination::Interrupted, Termination::Timeout, Termination::Invalid];
         if stopped.contains(&solution.termination) {
             return Ok(None);
@@ -212,9 +222,18 @@ impl Task<'_> {
         found.set_coordinates(solution.x.as_slice());
         // Order the lobes, so that each is the same one in every fit.
         found.sort_lobes();
-        let values = found.free_rows().map(|row| row.value).collect();
-        Ok(Some(Repeated { values, cost: solution.cost }))
+        Ok(Some((found, solution.cost)))
     }
+}
+
+/// The samples that are drawn at least once, each counted as many times as it is.
+pub(super) fn counted(samples: &Samples, times: impl Fn(usize) -> usize) -> Samples {
+    let kept: Vec<usize> = (0..samples.len()).filter(|sample| times(*sample) > 0).collect();
+    let mut drawn = samples.at(&kept);
+    for (weight, sample) in drawn.weights.iter_mut().zip(&kept) {
+        *weight *= count(times(*sample));
+    }
+    drawn
 }
 
 impl Resampled {

@@ -8,7 +8,7 @@
 //! Valleys lie between shapes, so that a model with a single one is spared this. So few samples make it cheap: as long as a pass or two over a
 //! full table.
 
-use super::bootstrap::{ITERATIONS, LOOSE, REPLICATES, draws, standard_deviation};
+use super::bootstrap::{ITERATIONS, LOOSE, REPLICATES, counted, draws, standard_deviation};
 use super::covariance::{Covariance, Method, Noise};
 use crate::fit::problem::loss::Objective;
 use crate::fit::task::Task;
@@ -19,7 +19,7 @@ use crate::parameters::ParameterTable;
 use crate::solver::inverse::arrow::Arrow;
 use crate::solver::inverse::curvature::beyond_linear;
 use crate::solver::inverse::jackknife::GroupedRows;
-use crate::solver::{Linearisation, Termination, minimise};
+use crate::solver::{Linearisation, minimise};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -122,23 +122,8 @@ impl Task<'_> {
         if self.is_stopped() {
             return None;
         }
-        let group = |sample: &usize| clusters.of_sample.get(*sample).map_or(0, |group| *group as usize);
-        let kept: Vec<usize> = (0..samples.len()).filter(|sample| times[group(sample)] > 0).collect();
-        let mut drawn = samples.at(&kept);
-        for (weight, sample) in drawn.weights.iter_mut().zip(&kept) {
-            *weight *= count(times[group(sample)]);
-        }
-        let problem = self.problem(&self.observe(&drawn), table.clone(), *objective);
-        let start = DVector::from_vec(table.coordinates());
-        let solution = minimise(&problem, start, LOOSE, self.limits(ITERATIONS, None)).ok()?;
-        let stopped = [Termination::Interrupted, Termination::Timeout, Termination::Invalid];
-        if stopped.contains(&solution.termination) {
-            return None;
-        }
-        let mut found = table.clone();
-        found.set_coordinates(solution.x.as_slice());
-        // Order the lobes, so that each is the same one in every fit.
-        found.sort_lobes();
-        Some(found)
+        let group = |sample: usize| clusters.of_sample.get(sample).map_or(0, |group| *group as usize);
+        let drawn = counted(samples, |sample| times[group(sample)]);
+        self.fit_again(&drawn, *objective, table).ok().flatten().map(|(found, _)| found)
     }
 }
