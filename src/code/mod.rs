@@ -17,4 +17,4 @@ pub use language::Language;
 pub(crate) use languages::text::{comment, flat as python_rows, statements};
 pub use program::{Argument, Arguments, NotWritten, Program};
 pub use registry::{LANGUAGES, named};
-pub(crate) use spelling::{Level, Spelling, double, element, ternary};
+pub(crate) use spelling::{Level, Spelling, axis, double, element, field, ternary};

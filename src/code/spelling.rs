@@ -56,6 +56,16 @@ pub(crate) fn element(vector: &str, component: usize) -> String {
     format!("{vector}[{component}]")
 }
 
+/// A component as a field of a structure.
+pub(crate) fn field(vector: &str, component: usize) -> String {
+    format!("{vector}.{}", axis(component))
+}
+
+/// The name of a component.
+pub(crate) fn axis(component: usize) -> &'static str {
+    ["x", "y", "z"].get(component).copied().unwrap_or("x")
+}
+
 /// A choice as most languages write it.
 pub(crate) fn ternary([a, b, then, otherwise]: [&str; 4]) -> (String, Level) {
     (format!("{a} < {b} ? {then} : {otherwise}"), Level::Choice)

@@ -5,7 +5,7 @@
 
 use super::target::{Holds, Target, UNSTATED};
 use super::values::{About, NotHeld, Values};
-use crate::code::{Arguments, Level, Program, Spelling, comment, double, python_rows, statements};
+use crate::code::{Arguments, Level, Program, Spelling, comment, double, field, python_rows, statements};
 use crate::math::recorded::Function;
 use crate::model::Expression;
 use crate::parameters::ParameterTable;
@@ -26,7 +26,7 @@ const SPELLING: Spelling = Spelling {
     differentiates: false,
     lacks: &[Function::Erfc, Function::Ln1p],
     number: |value| double(value, "dr.inf", "dr.nan"),
-    component: |vector, component| format!("{vector}.{}", ["x", "y", "z"].get(component).unwrap_or(&"x")),
+    component: field,
     function,
     native: function,
     choice: |[a, b, then, otherwise]| (format!("dr.select({a} < {b}, {then}, {otherwise})"), Level::Whole),

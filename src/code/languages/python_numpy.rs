@@ -1,7 +1,7 @@
 //! Python with NumPy.
 
 use super::text::{all_quoted, comment, rows, statements};
-use crate::code::{Language, Level, Program, Spelling, double};
+use crate::code::{Language, Level, Program, Spelling, axis, double};
 use crate::math::recorded::Function;
 use std::fmt::Write as _;
 
@@ -18,7 +18,7 @@ const SPELLING: Spelling = Spelling {
     differentiates: false,
     lacks: &[Function::Erfc],
     number: |value| double(value, "np.inf", "np.nan"),
-    component: |vector, component| format!("{vector}_{}", ["x", "y", "z"].get(component).unwrap_or(&"x")),
+    component: |vector, component| format!("{vector}_{}", axis(component)),
     function,
     native: function,
     choice: |[a, b, then, otherwise]| (format!("np.where({a} < {b}, {then}, {otherwise})"), Level::Whole),

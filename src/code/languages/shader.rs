@@ -2,7 +2,7 @@
 
 use super::text::{comment, flat, statements};
 use crate::code::spelling::single;
-use crate::code::{Program, Spelling, ternary};
+use crate::code::{Program, Spelling, field, ternary};
 use crate::math::recorded::Function;
 use std::fmt::Write as _;
 
@@ -13,7 +13,7 @@ pub(super) const SPELLING: Spelling = Spelling {
     // A graphics processor's own logarithm has no relative accuracy near 1.
     lacks: &[Function::Erfc, Function::Ln1p, Function::Ln],
     number,
-    component: |vector, component| format!("{vector}.{}", ["x", "y", "z"].get(component).unwrap_or(&"x")),
+    component: field,
     function,
     native,
     choice: ternary,
